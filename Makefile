@@ -1,0 +1,50 @@
+# The map of what can be done here; `make help` prints it. Plain `make` sets up and runs the main job.
+PYTHON ?= python3
+CORES ?= 2
+BIN := .venv/bin
+READY := .venv/ready
+
+.DEFAULT_GOAL := campaign
+
+campaign: setup  ## the whole method at its default settings: results/default/report.html
+	$(BIN)/snakemake -c$(CORES) all
+
+setup: $(READY)  ## virtual environment with the locked versions, package installed
+
+$(READY): requirements.lock pyproject.toml
+	$(PYTHON) -m venv .venv
+	$(BIN)/pip install --quiet --requirement requirements.lock
+	$(BIN)/pip install --quiet --no-deps --no-build-isolation --editable .
+	touch $(READY)
+
+test: setup lint  ## lint, all tests (kernels also uncompiled) and the smoke campaign
+	NUMBA_DISABLE_JIT=1 $(BIN)/pytest tests/dem/contact
+	$(BIN)/pytest
+
+lint: setup  ## style of Python and Snakemake files, spelling, the workflow's own linter
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/snakefmt --check Snakefile workflow
+	$(BIN)/codespell
+	$(BIN)/snakemake --lint
+
+format: setup  ## rewrite Python and Snakemake files in the project's style
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+	$(BIN)/snakefmt Snakefile workflow
+
+smoke: setup  ## the whole workflow in about a minute, with few grains
+	$(BIN)/snakemake -c$(CORES) all --configfile config/smoke.yaml
+
+paper: setup  ## the paper's exact fidelity: hours
+	$(BIN)/snakemake -c$(CORES) all --configfile config/paper.yaml
+
+lock: setup  ## resolve the newest versions of all dependencies into requirements.lock
+	$(BIN)/pip install --quiet pip-tools
+	$(BIN)/pip-compile --quiet --upgrade --extra dev --no-header --no-annotate --no-emit-index-url --no-emit-find-links \
+		--no-emit-trusted-host --output-file requirements.lock pyproject.toml
+
+help:  ## this list
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## */\1\t/' | expand -t 12
+
+.PHONY: campaign setup test lint format smoke paper lock help

@@ -1,0 +1,26 @@
+# virtual-soil: table of contents. The method's steps stand in workflow/rules, in reading order.
+from snakemake.utils import min_version
+
+min_version("9.0")
+
+
+configfile: "config/config.yaml"
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/measure.smk"
+include: "workflow/rules/design.smk"
+include: "workflow/rules/repose.smk"
+include: "workflow/rules/shear.smk"
+include: "workflow/rules/screening.smk"
+include: "workflow/rules/surrogates.smk"
+include: "workflow/rules/optimise.smk"
+include: "workflow/rules/checks.smk"
+include: "workflow/rules/report.smk"
+
+
+rule all:
+    default_target: True
+    input:
+        f"{RESULTS}/report.html",
+        f"{RESULTS}/calibration.parquet",

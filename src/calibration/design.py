@@ -1,0 +1,116 @@
+"""The design: which simulations a study needs, one row each.
+
+Grid: full factorial of the grid variables at the base material. Sweep: each swept variable alone, at constant couples of the
+grid variables. Screening: one parameter changed at a time. Check: a few points at both fidelities. Simulations that several
+of these need are made once and carry all their purposes.
+
+A row's identifier is a hash of what is simulated, not of its place in the table: adding a value, a seed or a stress leaves all
+other identifiers, and so their results, as they are.
+"""
+
+import hashlib
+import itertools
+import json
+import math
+
+import pandas as pd
+
+from calibration.errors import demand
+
+
+def expand(config: dict) -> pd.DataFrame:
+    """The design table of a study, one row per simulation (`normal_stress_pa` is NaN for heaps).
+
+    Raises CalibrationError naming the key when the design contradicts itself.
+    """
+    check_design(config)
+    rows: dict[str, dict] = {}
+    for purpose, experiment, fidelity, material, stress, seed in wanted(config):
+        row = make_row(experiment, fidelity, material, stress, seed)
+        known = rows.setdefault(row["simulation_id"], {**row, "purposes": []})
+        if purpose not in known["purposes"]:
+            known["purposes"].append(purpose)
+    table = pd.DataFrame(list(rows.values()))
+    table["purposes"] = table["purposes"].map(",".join)
+    return table
+
+
+def wanted(config: dict):
+    """Yield (purpose, experiment, fidelity, material, normal stress, seed) of every simulation, repeats included."""
+    base, design, screening = config["material"], config["design"], config["screening"]
+    check, stresses = config["fidelity"]["check"], config["shear"]["normal_stresses_pa"]
+    for purpose, materials in (("grid", grid_points(base, design["grid"])), ("sweep", sweep_points(base, design))):
+        for material in materials:
+            yield from both(purpose, "campaign", material, stresses, design["repose_seeds"], design["shear_seeds"])
+    for seed in screening["base_seeds"]:
+        yield "screening", "repose", "campaign", base, math.nan, seed
+    for parameter, value in screening["changes"].items():
+        for seed in screening["changed_seeds"]:
+            yield "screening", "repose", "campaign", {**base, parameter: value}, math.nan, seed
+    for couple, fidelity in itertools.product(check["couples"], ("campaign", "reference")):
+        material = {**base, **couple}
+        yield from both("check", fidelity, material, check["normal_stresses_pa"], check["repose_seeds"], check["shear_seeds"])
+
+
+def both(purpose, fidelity, material, stresses, repose_seeds, shear_seeds):
+    """Both experiments on one material."""
+    for seed in repose_seeds:
+        yield purpose, "repose", fidelity, material, math.nan, seed
+    for stress, seed in itertools.product(stresses, shear_seeds):
+        yield purpose, "shear", fidelity, material, stress, seed
+
+
+def grid_points(base: dict, grid: dict[str, list[float]]) -> list[dict]:
+    """Materials of the full factorial."""
+    return [{**base, **dict(zip(grid, values, strict=True))} for values in itertools.product(*grid.values())]
+
+
+def sweep_points(base: dict, design: dict) -> list[dict]:
+    """Materials of the one-variable sweeps."""
+    return [
+        {**base, **couple, variable: value}
+        for variable, values in design["sweep"].items()
+        for couple in design["sweep_couples"]
+        for value in values
+    ]
+
+
+def make_row(experiment, fidelity, material, stress, seed) -> dict:
+    """One row of the design table, purposes excepted."""
+    material = {key: float(value) for key, value in material.items()}
+    what = [experiment, fidelity, material, None if math.isnan(stress) else float(stress), int(seed)]
+    return {
+        "simulation_id": hashed(what, 10),
+        "experiment": experiment,
+        "fidelity": fidelity,
+        "point_id": hashed(material, 8),
+        **material,
+        "normal_stress_pa": float(stress),
+        "seed": int(seed),
+    }
+
+
+def hashed(value, n_digits: int) -> str:
+    """Hexadecimal digits of the hash of a JSON-like value; the order of keys does not count."""
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:n_digits]
+
+
+def check_design(config: dict) -> None:
+    """Raise CalibrationError, naming the key, when the design refers to something that does not exist."""
+    material, design = set(config["material"]), config["design"]
+    grid, sweep = set(design["grid"]), set(design["sweep"])
+    demand(grid <= material, "design.grid", sorted(grid - material), f"keys of material: {sorted(material)}")
+    demand(sweep <= material, "design.sweep", sorted(sweep - material), f"keys of material: {sorted(material)}")
+    demand(not grid & sweep, "design.sweep", sorted(grid & sweep), "variables that are not in design.grid")
+    demand(set(design["variables"]) == grid | sweep, "design.variables", design["variables"], f"just those of grid and sweep: {sorted(grid | sweep)}")
+    changes = set(config["screening"]["changes"])
+    demand(changes <= material, "screening.changes", sorted(changes - material), f"keys of material: {sorted(material)}")
+    for parameter, value in config["screening"]["changes"].items():
+        demand(value != config["material"][parameter], f"screening.changes.{parameter}", value, "another value than material's")
+    for key, couples in (("design.sweep_couples", design["sweep_couples"]), ("fidelity.check.couples", config["fidelity"]["check"]["couples"])):
+        for couple in couples:
+            demand(set(couple) == grid, key, couple, f"a value for each grid variable: {sorted(grid)}")
+    for couple in design["sweep_couples"]:
+        for name, value in couple.items():
+            demand(value in design["grid"][name], f"design.sweep_couples {name}", value, f"a value of design.grid.{name}: {design['grid'][name]}")
+

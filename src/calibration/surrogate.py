@@ -1,0 +1,215 @@
+"""Step 3: a response as f(grid variables) x g(sweep variable), the paper's Equations 2 and 3.
+
+f: polynomial of total degree two, fitted on the grid points. g: for each swept variable x with reference x0, either
+a + b (x/x0) + c (x/x0)^2 or 1 - b ln(x/x0), fitted on the sweep so that f(couple) g(x) meets the response of each couple; f there
+stands for the couple's own simulated response at x0. Ratios are never formed: a cohesion near zero would make them meaningless.
+"""
+
+import itertools
+import json
+from dataclasses import asdict, dataclass
+
+import numpy as np
+import pandas as pd
+
+from calibration import paper
+from calibration.errors import demand
+
+RESPONSES = {"cohesion": ("cohesion_pa", "Pa"), "friction_angle": ("friction_angle_deg", "deg"), "angle_of_repose": ("angle_of_repose_deg", "deg")}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Factor:
+    """g of one swept variable: form ("quadratic" or "log"), reference value, coefficients."""
+
+    form: str
+    reference: float
+    coefficients: tuple[float, ...]
+
+    def __call__(self, x):
+        """Dimensionless factor at x (any shape)."""
+        return factor_basis(self.form, np.asarray(x, float) / self.reference) @ self.coefficients + factor_offset(self.form)
+
+
+def factor_basis(form: str, ratio) -> np.ndarray:
+    """Columns that g is linear in, last axis."""
+    ratio = np.asarray(ratio, float)
+    if form == "quadratic":
+        return np.stack([np.ones_like(ratio), ratio, ratio**2], axis=-1)
+    return -np.log(ratio)[..., None]
+
+
+def factor_offset(form: str) -> float:
+    """What g is where all its coefficients are zero."""
+    return 0.0 if form == "quadratic" else 1.0
+
+
+@dataclass(frozen=True)
+class Surrogate:
+    """A fitted response; `predict` takes a mapping from variable to value(s). Errors of fit are in the response's unit."""
+
+    response: str
+    unit: str
+    grid_variables: tuple[str, ...]
+    powers: tuple[tuple[int, ...], ...]
+    coefficients: tuple[float, ...]
+    g: dict[str, Factor]
+    ranges: dict[str, tuple[float, float]]
+    r_squared: float = float("nan")
+    rmse: float = float("nan")
+    cv_rmse: float = float("nan")
+    n_points: int = 0
+
+    def predict(self, values) -> np.ndarray:
+        """Response in `unit`; values maps every variable to a number or to arrays of one shape."""
+        grid = [np.asarray(values[name], float) for name in self.grid_variables]
+        result = polynomial_basis(grid, self.powers) @ np.asarray(self.coefficients)
+        for name, factor in self.g.items():
+            result = result * factor(values[name])
+        return result
+
+
+def polynomial_basis(grid: list[np.ndarray], powers) -> np.ndarray:
+    """Monomials of the grid variables, last axis in the order of powers."""
+    return np.stack([np.prod([x**p for x, p in zip(grid, exponents, strict=True)], axis=0) for exponents in powers], axis=-1)
+
+
+def quadratic_powers(n: int) -> tuple[tuple[int, ...], ...]:
+    """Exponents of all monomials of n variables up to total degree two."""
+    return tuple(p for p in itertools.product(range(3), repeat=n) if sum(p) <= 2)
+
+
+def least_squares(basis: np.ndarray, observed: np.ndarray, name: str) -> np.ndarray:
+    """Coefficients of a linear fit; refuses too few points and designs that do not determine all coefficients."""
+    n, k = basis.shape
+    demand(n > k, f"{name}: number of points to fit", n, f"more than the {k} coefficients; failed simulations do not count")
+    demand(bool(np.isfinite(observed).all()), f"{name}: responses", "not all finite", "finite numbers")
+    coefficients, _, rank, _ = np.linalg.lstsq(basis, observed, rcond=None)
+    demand(rank == k, f"{name}: rank of the design", rank, f"{k}; the points do not determine all coefficients")
+    return coefficients
+
+
+def left_out_residuals(basis: np.ndarray, residuals: np.ndarray) -> np.ndarray:
+    """Residual of every point when it is left out of the fit, from the leverages."""
+    q, _ = np.linalg.qr(basis)
+    return residuals / np.maximum(1.0 - (q**2).sum(axis=1), 1e-12)
+
+
+def fit_surrogate(response: str, points: pd.DataFrame, design: dict, material: dict, form: dict) -> tuple[Surrogate, pd.DataFrame]:
+    """Fit f on the grid and g on the sweeps.
+
+    Parameters
+    ----------
+    points : one row per simulated point with all variables, `point_id` and the response's column; seeds already averaged.
+    design, material : those parts of the study's configuration. form : {"f": "quadratic", "g": "quadratic" or "log"}.
+
+    Returns
+    -------
+    the surrogate, and a table of observed and predicted values (set "f": grid, "g": sweep).
+    """
+    column, unit = RESPONSES[response]
+    names = tuple(design["grid"])
+    at_base = np.logical_and.reduce([np.isclose(points[name], material[name]) for name in design["sweep"]] or [np.ones(len(points), bool)])
+    on_grid = np.logical_and.reduce([np.isin(points[name], design["grid"][name]) for name in names])
+    grid = points[at_base & on_grid]
+    powers = quadratic_powers(len(names))
+    basis = polynomial_basis([grid[name].to_numpy() for name in names], powers)
+    observed = grid[column].to_numpy()
+    coefficients = least_squares(basis, observed, response)
+    residuals = observed - basis @ coefficients
+    spread = float(((observed - observed.mean()) ** 2).sum())
+    factors = {variable: fit_factor(response, points, grid, design, material, variable, form["g"]) for variable in design["sweep"]}
+    surrogate = Surrogate(
+        response=response,
+        unit=unit,
+        grid_variables=names,
+        powers=powers,
+        coefficients=tuple(coefficients.tolist()),
+        g=factors,
+        ranges={name: (float(points[name].min()), float(points[name].max())) for name in design["variables"]},
+        r_squared=1.0 - float((residuals**2).sum()) / spread if spread > 0 else float("nan"),
+        rmse=float(np.sqrt((residuals**2).mean())),
+        cv_rmse=float(np.sqrt((left_out_residuals(basis, residuals) ** 2).mean())),
+        n_points=len(grid),
+    )
+    return surrogate, residual_table(surrogate, points, grid, design, column)
+
+
+def fit_factor(response, points, grid, design, material, variable, form) -> Factor:
+    """Fit g of one swept variable: response(couple, x) = response(couple, x0) g(x), by least squares over all couples."""
+    column, names, reference = RESPONSES[response][0], list(design["grid"]), material[variable]
+    bases, targets = [], []
+    for couple in design["sweep_couples"]:
+        rows = points[np.logical_and.reduce([np.isclose(points[name], couple[name]) for name in names])]
+        home = grid[np.logical_and.reduce([np.isclose(grid[name], couple[name]) for name in names])]
+        if home.empty:
+            continue
+        level = float(home[column].iloc[0])
+        bases.append(level * factor_basis(form, rows[variable].to_numpy() / reference))
+        targets.append(rows[column].to_numpy() - level * factor_offset(form))
+    demand(bool(bases), f"{response}: sweep couples with a result at {variable} = {reference}", 0, "at least one")
+    coefficients = least_squares(np.concatenate(bases), np.concatenate(targets), f"{response}, g({variable})")
+    return Factor(form, float(reference), tuple(coefficients.tolist()))
+
+
+def residual_table(surrogate, points, grid, design, column) -> pd.DataFrame:
+    """Observed and predicted response of every point."""
+    table = points[["point_id", *design["variables"]]].copy()
+    table.insert(0, "response", surrogate.response)
+    table["observed"] = points[column]
+    table["predicted"] = surrogate.predict({name: points[name].to_numpy() for name in design["variables"]})
+    table["residual"] = table["observed"] - table["predicted"]
+    table["set"] = np.where(points["point_id"].isin(grid["point_id"]), "f", "g")
+    return table
+
+
+def averaged(responses: pd.DataFrame, column: str, variables: list[str]) -> pd.DataFrame:
+    """Campaign points with their response, averaged over seeds; screening and check points beyond the design do not count.
+
+    Only rows whose purposes name the grid or a sweep, and whose response is known, are used.
+    """
+    wanted = responses["purposes"].str.contains("grid|sweep") & (responses["fidelity"] == "campaign") & responses[column].notna()
+    return responses[wanted].groupby("point_id", sort=False)[[*variables, column]].mean().reset_index()
+
+
+def fit_all(repose: pd.DataFrame, strength: pd.DataFrame, design: dict, material: dict, forms: dict):
+    """Surrogates of all three properties: (name -> Surrogate, residual table)."""
+    surrogates, residuals = {}, []
+    for response, (column, _) in RESPONSES.items():
+        source = repose if response == "angle_of_repose" else strength
+        points = averaged(source, column, design["variables"])
+        surrogates[response], table = fit_surrogate(response, points, design, material, forms[response])
+        residuals.append(table)
+    return surrogates, pd.concat(residuals, ignore_index=True)
+
+
+def published() -> dict[str, Surrogate]:
+    """The paper's surrogates, as decoded in `calibration.paper`."""
+    ranges = {"radius_m": (25e-6, 500e-6), "static_friction": (0.0, 1.7), "rolling_friction": (0.0, 0.3)}
+    return {
+        response: Surrogate(
+            response=response,
+            unit=RESPONSES[response][1],
+            grid_variables=("static_friction", "rolling_friction"),
+            powers=tuple(map(tuple, paper.POWERS)),
+            coefficients=tuple(entry["unit_factor"] * value for value in entry["f"]),
+            g={"radius_m": Factor(entry["g"]["form"], entry["g"]["reference"], tuple(entry["g"]["coefficients"]))},
+            ranges=ranges,
+        )
+        for response, entry in paper.SURROGATES.items()
+    }
+
+
+def to_json(surrogates: dict[str, Surrogate], variables: list[str]) -> str:
+    """Surrogates as text that `from_json` reads back."""
+    return json.dumps({"variables": variables, "responses": {name: asdict(value) for name, value in surrogates.items()}}, indent=2)
+
+
+def from_json(text: str) -> dict[str, Surrogate]:
+    """Surrogates from what `to_json` wrote."""
+    surrogates = {}
+    for name, entry in json.loads(text)["responses"].items():
+        g = {variable: Factor(f["form"], f["reference"], tuple(f["coefficients"])) for variable, f in entry.pop("g").items()}
+        ranges = {variable: tuple(limits) for variable, limits in entry.pop("ranges").items()}
+        surrogates[name] = Surrogate(**entry, g=g, ranges=ranges)
+    return surrogates

@@ -1,0 +1,40 @@
+"""A discrete-element engine for spheres: Hertz-Mindlin contacts, rolling resistance, moving walls.
+
+>>> import dem
+>>> glass = dem.Material(density_kg_m3=2500, poisson_ratio=0.2, shear_modulus_pa=5e6)
+>>> touch = dem.Interaction(restitution=0.5, static_friction=0.3, rolling_friction=0.1)
+>>> floor = dem.Box(name="floor", material="glass", low_m=(-1, -1, 0), high_m=(1, 1, 0))
+>>> simulation = dem.Simulation(
+...     materials={"glass": glass}, interactions={("glass", "glass"): touch}, walls=[floor], smallest_radius_m=1e-3
+... )
+>>> simulation.add_grains([(0, 0, 1.5e-3)], 1e-3, "glass")
+>>> simulation.run(0.1)
+True
+>>> simulation.is_static()
+True
+"""
+
+from dem.factory import BoxRegion, Factory, Sizes, TubeRegion
+from dem.material import Interaction, Material
+from dem.simulation import Grains, Simulation, SimulationError
+from dem.timestep import rayleigh_time, stable_time_step
+from dem.walls import ENDLESS_M, Box, Drive, Tube, Wall
+
+__all__ = [
+    "ENDLESS_M",
+    "Box",
+    "BoxRegion",
+    "Drive",
+    "Factory",
+    "Grains",
+    "Interaction",
+    "Material",
+    "Simulation",
+    "SimulationError",
+    "Sizes",
+    "Tube",
+    "TubeRegion",
+    "Wall",
+    "rayleigh_time",
+    "stable_time_step",
+]

@@ -1,0 +1,1 @@
+"""Contact laws, one file each, and the block kernel that joins them."""

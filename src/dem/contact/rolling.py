@@ -1,0 +1,26 @@
+"""Rolling resistance, two models.
+
+Type A, EDEM's: each grain feels a torque mu_r F_n R_i against its own spin. The torque may stop the spin within a step but not
+reverse it ("clipped"), so a heap comes to true rest; unclipped it jitters for ever. Other codes use R* and the relative spin,
+which halves the torque between equal spheres.
+
+Type C, elastic-plastic (Ai, Chen, Rotter, Ooi 2011, Powder Technol. 206, 269, without viscous part): a rolling spring theta
+with k_r = k_t sqrt(delta) R*^2, moment limited to mu_r F_n R*, opposite and equal on the two grains.
+"""
+
+import math
+
+from dem.jit import jit
+
+
+@jit
+def resist(spin_x, spin_y, spin_z, largest_change):
+    """Factor that shortens a spin velocity by `largest_change` without reversing it (type A)."""
+    speed = math.sqrt(spin_x * spin_x + spin_y * spin_y + spin_z * spin_z) + 1e-30
+    return max(0.0, 1.0 - largest_change / speed)
+
+
+@jit
+def plastic_factor(trial, limit, one, tiny):
+    """By how much a trial rolling spring must shrink so that its moment stays below the limit (type C)."""
+    return min(one, limit / (trial + tiny))

@@ -1,0 +1,1 @@
+"""Virtual geotechnical tests, built on the public API of `dem` only."""

@@ -1,0 +1,131 @@
+"""Angle-of-repose test: a tube full of grains on a plate is lifted until the heap is at rest (Briend et al. 2011, Figure 2).
+
+Stages: fill (grains drop from a loose lattice and settle in the standing tube), lift (the tube rises at constant speed until it
+is clear of the heap), rest (until the kinetic energy is negligible, or the time is up).
+The plate has an edge: grains that roll over it leave, so soils that never come to rest end too.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from dem import Box, Factory, Grains, Simulation, SimulationError, Tube, TubeRegion
+from dem.experiments.soil import Engine, Soil
+
+#: Settling takes a few free-fall times of the column; after this many it goes on regardless (frictionless soils slosh for long).
+SETTLE_FALL_TIMES = 12.0
+#: The heap counts as settled in the tube at this kinetic energy, looser than at the end.
+SETTLED_ENERGY_RATIO = 1e-6
+STATIC_ENERGY_RATIO = 1e-8
+#: When fewer than this fraction of the grains is left on the plate, nothing stands.
+LEAST_REMAINING_RATIO = 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setup:
+    """Geometry and protocol. Ratios are over scale_radius_m, which is the grain radius unless the geometry is fixed.
+
+    max_time_s counts from the start of the lift.
+    """
+
+    n_particles: int
+    tube_diameter_ratio: float
+    plate_half_width_ratio: float
+    lift_speed_m_s: float
+    max_time_s: float
+    scale_radius_m: float
+    wall_static_friction: float | None = None
+    wall_rolling_friction: float | None = None
+
+
+@dataclass(frozen=True)
+class Heap:
+    """What the test leaves: status ("static", "time_limit" or "flat"), grains before the lift and at the end, counts."""
+
+    status: str
+    filled: Grains
+    grains: Grains
+    n_lost: int
+    n_steps: int
+    simulated_time_s: float
+    max_overlap_ratio: float
+    frames: list[tuple[float, Grains]] = field(default_factory=list)
+
+
+def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
+    """Plate, standing tube and dropped grains, at time 0."""
+    scale = setup.scale_radius_m
+    half = setup.plate_half_width_ratio * scale
+    tube_radius = setup.tube_diameter_ratio * scale
+    steel = soil.softened(engine.stiffness_reduction)
+    simulation = Simulation(
+        materials={"soil": steel, "geometry": steel},
+        interactions={
+            ("soil", "soil"): soil.interaction(),
+            ("soil", "geometry"): soil.interaction(setup.wall_static_friction, setup.wall_rolling_friction),
+        },
+        walls=[
+            Box(name="plate", material="geometry", low_m=(-half, -half, 0.0), high_m=(half, half, 0.0)),
+            Tube(name="tube", material="geometry", radius_m=tube_radius, bottom_m=0.0, top_m=1e3 * scale),
+        ],
+        gravity_m_s2=(0.0, 0.0, -engine.gravity_m_s2),
+        smallest_radius_m=soil.sizes.smallest_m,
+        time_step_rayleigh_ratio=engine.time_step_rayleigh_ratio,
+        rolling_model=engine.rolling_model,
+        precision=engine.precision,
+        floor_m=-2.0 * soil.sizes.largest_m,
+    )
+    region = TubeRegion(radius_m=tube_radius, bottom_m=0.0)
+    simulation.add_factory(Factory(n_grains=setup.n_particles, region=region, sizes=soil.sizes, material="soil", seed=seed))
+    return simulation
+
+
+def tube_is_clear(simulation: Simulation) -> bool:
+    """Whether the tube's rim is above every grain."""
+    record = simulation.grains
+    return len(record) == 0 or simulation.wall("tube").bottom_m > float((record.positions_m[:, 2] + record.radii_m).max())
+
+
+def run(soil: Soil, setup: Setup, engine: Engine, seed: int, each: Callable[[Simulation, str], None] | None = None) -> Heap:
+    """Make one heap.
+
+    `each(simulation, stage)` is called every 500 steps. Raises dem.SimulationError when the run is worthless.
+    """
+    simulation = build(soil, setup, engine, seed)
+    overlaps = [0.0]
+
+    def look(stage):
+        def call(current):
+            overlaps.append(current.largest_overlap_ratio())
+            if each is not None:
+                each(current, stage)
+
+        return call
+
+    column_m = float(simulation.grains.positions_m[:, 2].max())
+    settle_time = SETTLE_FALL_TIMES * (2.0 * column_m / engine.gravity_m_s2) ** 0.5
+    simulation.run(settle_time, until=lambda s: s.is_static(SETTLED_ENERGY_RATIO), each=look("fill"))
+    if simulation.n_left:
+        raise SimulationError(f"{simulation.n_left} grains left the tube while it was filled")
+    filled = simulation.grains
+
+    simulation.move_wall("tube", (0.0, 0.0, setup.lift_speed_m_s))
+    start = simulation.time_s
+    few = LEAST_REMAINING_RATIO * setup.n_particles
+    static = simulation.run(
+        setup.max_time_s,
+        until=lambda s: s.n_grains < few or (tube_is_clear(s) and s.is_static(STATIC_ENERGY_RATIO)),
+        each=look("lift"),
+    )
+    if simulation.n_grains < few:
+        status = "flat"
+    else:
+        status = "static" if static else "time_limit"
+    return Heap(
+        status=status,
+        filled=filled,
+        grains=simulation.grains,
+        n_lost=simulation.n_left,
+        n_steps=simulation.n_steps,
+        simulated_time_s=simulation.time_s - start,
+        max_overlap_ratio=max(overlaps),
+    )

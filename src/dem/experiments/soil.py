@@ -1,0 +1,51 @@
+"""The virtual soil that both experiments test: one grain material, and the geometry it touches."""
+
+from dataclasses import dataclass
+
+from dem import Interaction, Material, Sizes
+
+
+@dataclass(frozen=True, kw_only=True)
+class Soil:
+    """Grain parameters of the paper's Table 2, plus the spread of the radii. Units are in the names."""
+
+    radius_m: float
+    density_kg_m3: float
+    poisson_ratio: float
+    shear_modulus_pa: float
+    static_friction: float
+    rolling_friction: float
+    restitution: float
+    radius_sd_ratio: float = 0.0
+
+    @property
+    def sizes(self) -> Sizes:
+        """Distribution of the radii."""
+        return Sizes(mean_m=self.radius_m, sd_ratio=self.radius_sd_ratio)
+
+    def softened(self, stiffness_reduction: float) -> Material:
+        """The grains' material with its shear modulus divided by a number (1: as it is)."""
+        return Material(
+            density_kg_m3=self.density_kg_m3,
+            poisson_ratio=self.poisson_ratio,
+            shear_modulus_pa=self.shear_modulus_pa / stiffness_reduction,
+        )
+
+    def interaction(self, static_friction: float | None = None, rolling_friction: float | None = None) -> Interaction:
+        """Grain on grain; with numbers given, grain on a geometry of that friction."""
+        return Interaction(
+            restitution=self.restitution,
+            static_friction=self.static_friction if static_friction is None else static_friction,
+            rolling_friction=self.rolling_friction if rolling_friction is None else rolling_friction,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Engine:
+    """Numerical settings common to both experiments."""
+
+    rolling_model: str = "type_a"
+    precision: str = "float32"
+    gravity_m_s2: float = 9.81
+    time_step_rayleigh_ratio: float = 0.2
+    stiffness_reduction: float = 1.0

@@ -1,0 +1,121 @@
+"""Factories: how many grains are made, when, where, and of which size (EDEM's notion)."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from dem.material import require
+
+#: Spacing of the layers in mean diameters of the largest grain: close, so that filling needs few steps, yet without contact.
+SPACING_RATIO = 1.125
+#: Random displacement in largest radii, less than half of the free space between neighbours.
+JITTER_RATIO = 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sizes:
+    """Grain radii: mean, and standard deviation over mean of a normal distribution cut off at two deviations (0: all equal)."""
+
+    mean_m: float
+    sd_ratio: float = 0.0
+
+    def __post_init__(self):
+        require(0 < self.mean_m < math.inf, "mean radius", self.mean_m, "a positive number")
+        require(0 <= self.sd_ratio <= 0.4, "radius_sd_ratio", self.sd_ratio, "from 0 to 0.4")
+
+    @property
+    def smallest_m(self) -> float:
+        """Radius of the smallest grain that can occur."""
+        return self.mean_m * (1.0 - 2.0 * self.sd_ratio)
+
+    @property
+    def largest_m(self) -> float:
+        """Radius of the largest grain that can occur."""
+        return self.mean_m * (1.0 + 2.0 * self.sd_ratio)
+
+    def draw(self, n: int, rng: np.random.Generator) -> np.ndarray:
+        """Radii of n grains in m, shape (n,)."""
+        if self.sd_ratio == 0.0:
+            return np.full(n, self.mean_m)
+        deviations = rng.standard_normal(4 * n + 64)
+        deviations = deviations[np.abs(deviations) <= 2.0][:n]
+        return self.mean_m * (1.0 + self.sd_ratio * deviations)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TubeRegion:
+    """Upright cylinder around centre_m (x, y), filled from bottom_m upwards."""
+
+    radius_m: float
+    bottom_m: float
+    centre_m: tuple[float, float] = (0.0, 0.0)
+
+    def layer(self, spacing, margin, rng) -> np.ndarray:
+        """Horizontal positions (k, 2) of one layer: a square lattice, turned and shifted at random."""
+        half = math.ceil(self.radius_m / spacing) + 2
+        axis = np.arange(-half, half + 1) * spacing
+        points = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+        angle = rng.uniform(0.0, 2.0 * np.pi)
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        points = points @ turn + rng.uniform(-0.5 * spacing, 0.5 * spacing, 2)
+        return points[np.hypot(*points.T) < self.radius_m - margin] + self.centre_m
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoxRegion:
+    """Upright box from low_m to high_m (x, y), filled from bottom_m upwards; periodic_y if the grains may wrap there."""
+
+    low_m: tuple[float, float]
+    high_m: tuple[float, float]
+    bottom_m: float
+    periodic_y: bool = False
+
+    def layer(self, spacing, margin, rng) -> np.ndarray:
+        """Horizontal positions (k, 2) of one layer: a square lattice stretched to fill the box, shifted at random."""
+        (x0, y0), (x1, y1) = self.low_m, self.high_m
+        nx = max(1, int((x1 - x0 - 2.0 * margin) / spacing) + 1)
+        x = np.linspace(x0 + margin, x1 - margin, nx)
+        if self.periodic_y:
+            ny = max(1, int((y1 - y0) / spacing))
+            y = y0 + (np.arange(ny) + rng.uniform()) * (y1 - y0) / ny
+        else:
+            ny = max(1, int((y1 - y0 - 2.0 * margin) / spacing) + 1)
+            y = np.linspace(y0 + margin, y1 - margin, ny)
+        return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Factory:
+    """Makes n_grains of a material at time_s, in layers from the bottom of a region, without contacts.
+
+    seed makes it reproducible; velocity_m_s is what the grains start with.
+    """
+
+    n_grains: int
+    region: TubeRegion | BoxRegion
+    sizes: Sizes
+    material: str
+    seed: int
+    time_s: float = 0.0
+    velocity_m_s: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0))
+
+    def __post_init__(self):
+        require(self.n_grains > 0, "n_grains", self.n_grains, "at least 1")
+
+    def make(self) -> tuple[np.ndarray, np.ndarray]:
+        """Positions (n, 3) and radii (n,) in m. Raises ValueError when not a single grain fits into a layer."""
+        rng = np.random.default_rng(self.seed)
+        radii = self.sizes.draw(self.n_grains, rng)
+        r = self.sizes.largest_m
+        spacing, jitter = 2.0 * SPACING_RATIO * r, JITTER_RATIO * r
+        layers, n, z = [], 0, self.region.bottom_m + r + 2.0 * jitter
+        while n < self.n_grains:
+            plane = self.region.layer(spacing, r + 1.5 * jitter, rng)
+            require(len(plane) > 0, "region of a factory", self.region, "room for at least one grain")
+            rng.shuffle(plane)
+            shift = rng.uniform(-jitter, jitter, (len(plane), 3))
+            layers.append(np.column_stack([plane, np.full(len(plane), z)]) + shift)
+            n += len(plane)
+            z += spacing
+        return np.concatenate(layers)[: self.n_grains], radii

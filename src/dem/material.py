@@ -1,0 +1,52 @@
+"""Materials and how two of them interact, as a person writes them."""
+
+import math
+from dataclasses import dataclass
+
+from dem.contact import hertz, mindlin
+
+
+def require(condition: bool, name: str, value, allowed: str) -> None:
+    """Raise ValueError naming the quantity, its value and what is allowed, unless the condition holds."""
+    if not condition:
+        raise ValueError(f"{name} is {value}; allowed: {allowed}.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Material:
+    """An isotropic elastic solid: density (kg/m3), Poisson's ratio, shear modulus (Pa)."""
+
+    density_kg_m3: float
+    poisson_ratio: float
+    shear_modulus_pa: float
+
+    def __post_init__(self):
+        require(0 < self.density_kg_m3 < math.inf, "density_kg_m3", self.density_kg_m3, "a positive number")
+        require(-1 < self.poisson_ratio < 0.5, "poisson_ratio", self.poisson_ratio, "between -1 and 0.5, both excluded")
+        require(0 < self.shear_modulus_pa < math.inf, "shear_modulus_pa", self.shear_modulus_pa, "a positive number")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Interaction:
+    """How two materials interact: coefficients of restitution, static friction and rolling friction."""
+
+    restitution: float
+    static_friction: float
+    rolling_friction: float
+
+    def __post_init__(self):
+        require(0 < self.restitution <= 1, "restitution", self.restitution, "above 0, at most 1")
+        require(0 <= self.static_friction < math.inf, "static_friction", self.static_friction, "zero or positive")
+        require(0 <= self.rolling_friction < math.inf, "rolling_friction", self.rolling_friction, "zero or positive")
+
+
+def pair_constants(a: Material, b: Material, interaction: Interaction) -> tuple[float, float, float, float, float]:
+    """A row of the pair table (see `dem.layout`): E*, G* in Pa, dashpot ratio, static and rolling friction."""
+    moduli = (a.shear_modulus_pa, a.poisson_ratio, b.shear_modulus_pa, b.poisson_ratio)
+    return (
+        hertz.effective_young_modulus(*moduli),
+        mindlin.effective_shear_modulus(*moduli),
+        hertz.damping_ratio(interaction.restitution),
+        interaction.static_friction,
+        interaction.rolling_friction,
+    )

@@ -1,0 +1,1 @@
+"""What a finished simulation is worth as a measurement: the heap's angle and height, the sheared soil's strength."""

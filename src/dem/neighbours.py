@@ -1,0 +1,325 @@
+"""Who may touch whom: a cell list, an outer list of pairs and walls, and the inner contact list pruned from it.
+
+The outer list holds everything closer than r_i + r_j + skin, as a half list in rows (pairs of grain i: those with j > i).
+Contact history belongs to its entries and is carried over when the list is rebuilt. Every few steps the entries that could
+touch before the next pruning are copied into the blocks that the contact stage reads, history and pair constants with them.
+"""
+
+import math
+
+import numpy as np
+
+from dem.contact import hertz, mindlin
+from dem.jit import jit, strict_jit
+from dem.layout import (
+    BLOCK,
+    C_N,
+    C_T,
+    GRAIN,
+    HISTORY,
+    INV_R_I,
+    INV_R_J,
+    INVERSE_MASS,
+    K_N,
+    K_T,
+    MU_R,
+    MU_S,
+    N_HISTORY,
+    PAIR_BETA,
+    PAIR_E,
+    PAIR_G,
+    PAIR_MU_R,
+    PAIR_MU_S,
+    R_STAR,
+    R_SUM,
+    RADIUS,
+    ROWS,
+)
+from dem.walls import wall_separation
+
+#: Neighbouring contacts in a block should not share a grain, or their scatters wait for each other.
+STRIDE = 32
+
+
+@strict_jit
+def grid_shape(grains, period, cell):
+    """Lower corner and number of cells (3 each) of a grid over all grains; a periodic axis spans its period."""
+    n = grains.shape[0] // GRAIN
+    low = np.empty(3)
+    shape = np.empty(3, np.int64)
+    for a in range(3):
+        if period[a] > 0.0:
+            low[a] = 0.0
+            shape[a] = max(1, int(period[a] / cell))
+            continue
+        least, most = grains[a], grains[a]
+        for i in range(n):
+            least = min(least, grains[GRAIN * i + a])
+            most = max(most, grains[GRAIN * i + a])
+        low[a] = least
+        shape[a] = int((most - least) / cell) + 1
+    return low, shape
+
+
+@strict_jit
+def cell_index(grains, i, a, low, shape, period, cell):
+    """Index along axis a of the cell of grain i."""
+    x = grains[GRAIN * i + a]
+    if period[a] > 0.0:
+        x -= period[a] * math.floor(x / period[a])
+        return min(int(x / period[a] * shape[a]), shape[a] - 1)
+    return min(int((x - low[a]) / cell), shape[a] - 1)
+
+
+@strict_jit
+def sort_into_cells(grains, period, cell):
+    """Counting sort of the grains by cell: (low, shape, first grain of each cell, grains in cell order)."""
+    n = grains.shape[0] // GRAIN
+    low, shape = grid_shape(grains, period, cell)
+    n_cells = shape[0] * shape[1] * shape[2]
+    start = np.zeros(n_cells + 1, np.int64)
+    where = np.empty(n, np.int64)
+    for i in range(n):
+        c = 0
+        for a in range(3):
+            c = c * shape[a] + cell_index(grains, i, a, low, shape, period, cell)
+        where[i] = c
+        start[c + 1] += 1
+    for c in range(n_cells):
+        start[c + 1] += start[c]
+    order = np.empty(n, np.int64)
+    fill = start[:-1].copy()
+    for i in range(n):
+        order[fill[where[i]]] = i
+        fill[where[i]] += 1
+    return low, shape, start, order
+
+
+@jit
+def frequencies(period):
+    """Reciprocal periods (3,), 0 where an axis is not periodic."""
+    frequency = np.zeros(3)
+    for a in range(3):
+        if period[a] > 0.0:
+            frequency[a] = 1.0 / period[a]
+    return frequency
+
+
+@jit
+def nearest_image(dx, period, frequency):
+    """Separation to the nearest periodic image; without branches, since a frequency of 0 leaves dx as it is."""
+    return dx - period * np.rint(dx * frequency)
+
+
+@strict_jit
+def find_pairs(grains, period, skin, row, partner):
+    """Fill the half list of pairs closer than r_i + r_j + skin; returns how many, or -1 when `partner` may be too short.
+
+    row : (n + 1,) int64, partner : (capacity,) int32, both overwritten.
+    """
+    n = grains.shape[0] // GRAIN
+    largest = 0.0
+    for i in range(n):
+        largest = max(largest, grains[GRAIN * i + RADIUS])
+    cell = 2.0 * largest + skin
+    low, shape, start, order = sort_into_cells(grains, period, cell)
+    sorted_grains = np.empty((n, 5))
+    for k in range(n):
+        o = GRAIN * order[k]
+        sorted_grains[k, 0], sorted_grains[k, 1], sorted_grains[k, 2] = grains[o], grains[o + 1], grains[o + 2]
+        sorted_grains[k, 3], sorted_grains[k, 4] = grains[o + RADIUS], grains[o + INVERSE_MASS]
+    frequency = frequencies(period)
+    m = 0
+    for i in range(n):
+        row[i] = m
+        o = GRAIN * i
+        centre_x = cell_index(grains, i, 0, low, shape, period, cell)
+        centre_y = cell_index(grains, i, 1, low, shape, period, cell)
+        centre_z = cell_index(grains, i, 2, low, shape, period, cell)
+        for dx in range(-1, 2):
+            cx = neighbour_cell(centre_x, dx, shape[0], period[0])
+            for dy in range(-1, 2):
+                cy = neighbour_cell(centre_y, dy, shape[1], period[1])
+                if cx < 0 or cy < 0:
+                    continue
+                column = (cx * shape[1] + cy) * shape[2]
+                if period[2] > 0.0:
+                    for dz in range(-1, 2):
+                        cz = neighbour_cell(centre_z, dz, shape[2], period[2])
+                        if cz >= 0:
+                            m = scan(grains, o, i, sorted_grains, order, start[column + cz], start[column + cz + 1], skin, period, frequency, partner, m)
+                else:
+                    first = start[column + max(centre_z - 1, 0)]
+                    last = start[column + min(centre_z + 1, shape[2] - 1) + 1]
+                    m = scan(grains, o, i, sorted_grains, order, first, last, skin, period, frequency, partner, m)
+                if m < 0:
+                    return -1
+    row[n] = m
+    return m
+
+
+@jit
+def scan(grains, o, i, sorted_grains, order, first, last, skin, period, frequency, partner, m):
+    """Append the neighbours j > i of grain i among sorted grains first..last; returns the new length, or -1 without room.
+
+    Every candidate is written and only kept by advancing m: no branch to mispredict. Two grains that walls carry do not count.
+    """
+    if m < 0 or m + last - first > partner.shape[0]:
+        return -1
+    carried = grains[o + INVERSE_MASS] == 0.0
+    reach = grains[o + RADIUS] + skin
+    for k in range(first, last):
+        j = order[k]
+        x = nearest_image(grains[o] - sorted_grains[k, 0], period[0], frequency[0])
+        y = nearest_image(grains[o + 1] - sorted_grains[k, 1], period[1], frequency[1])
+        z = nearest_image(grains[o + 2] - sorted_grains[k, 2], period[2], frequency[2])
+        far = reach + sorted_grains[k, 3]
+        near = x * x + y * y + z * z < far * far
+        partner[m] = j
+        m += int(near & (j > i) & (not (carried & (sorted_grains[k, 4] == 0.0))))
+    return m
+
+
+@strict_jit
+def neighbour_cell(centre, offset, count, length):
+    """Cell next to `centre`, or -1 if there is none or if another offset already leads to it."""
+    c = centre + offset
+    if length > 0.0:
+        if count == 1 and offset != 0:
+            return -1
+        if count == 2 and offset < 0:
+            return -1
+        return (c + count) % count
+    return c if 0 <= c < count else -1
+
+
+@strict_jit
+def find_wall_pairs(grains, walls, skin, row, partner):
+    """As `find_pairs`, for grains near walls."""
+    n = grains.shape[0] // GRAIN
+    m = 0
+    for i in range(n):
+        row[i] = m
+        if grains[GRAIN * i + INVERSE_MASS] == 0.0:
+            continue
+        reach = grains[GRAIN * i + RADIUS] + skin
+        for w in range(walls.kind.shape[0]):
+            x, y, z = wall_separation(grains, GRAIN * i, walls, w)
+            if x * x + y * y + z * z < reach * reach:
+                if m == partner.shape[0]:
+                    return -1
+                partner[m] = w
+                m += 1
+    row[n] = m
+    return m
+
+
+@strict_jit
+def carry_history(old_row, old_partner, old_history, row, partner, history):
+    """Copy the history of every entry that was in the old list; new entries start at zero."""
+    for i in range(row.shape[0] - 1):
+        for k in range(row[i], row[i + 1]):
+            for t in range(N_HISTORY):
+                history[k, t] = 0.0
+            for q in range(old_row[i], old_row[i + 1]):
+                if old_partner[q] == partner[k]:
+                    for t in range(N_HISTORY):
+                        history[k, t] = old_history[q, t]
+                    break
+
+
+@jit
+def interleaved(q):
+    """Position in the outer order of slot q of a full block."""
+    return (q % STRIDE) * (BLOCK // STRIDE) + q // STRIDE
+
+
+@jit
+def prune_pairs(grains, period, outer, reach, contacts, pair_table, n_materials, material):
+    """Copy every outer pair closer than r_i + r_j + reach into contact blocks; returns their number."""
+    n = grains.shape[0] // GRAIN
+    frequency = frequencies(period)
+    m = 0
+    first, second, slot = contacts.first, contacts.second, contacts.slot
+    for i in range(n):
+        o = GRAIN * i
+        x, y, z, r = grains[o], grains[o + 1], grains[o + 2], grains[o + RADIUS] + reach
+        for k in range(outer.row[i], outer.row[i + 1]):
+            j = outer.partner[k]
+            p = GRAIN * j
+            dx = nearest_image(x - grains[p], period[0], frequency[0])
+            dy = nearest_image(y - grains[p + 1], period[1], frequency[1])
+            dz = nearest_image(z - grains[p + 2], period[2], frequency[2])
+            near = r + grains[p + RADIUS]
+            first[m] = i
+            second[m] = j
+            slot[m] = k
+            if dx * dx + dy * dy + dz * dz < near * near:
+                m += 1
+    for k0 in range(0, m - BLOCK + 1, BLOCK):
+        interleave(first[k0 : k0 + BLOCK])
+        interleave(second[k0 : k0 + BLOCK])
+        interleave(slot[k0 : k0 + BLOCK])
+    for q in range(m):
+        i, j = GRAIN * first[q], GRAIN * second[q]
+        pair = pair_table[material[first[q]] * n_materials + material[second[q]]]
+        load_block(contacts.block, q, pair, outer.history[slot[q]], grains, i, grains[j + RADIUS], grains[j + INVERSE_MASS])
+    return m
+
+
+@jit
+def interleave(values):
+    """Reorder one block in place so that pairs of the same grain stand apart."""
+    copy = values.copy()
+    for q in range(BLOCK):
+        values[q] = copy[interleaved(q)]
+
+
+@jit
+def prune_walls(grains, walls, outer, reach, contacts, pair_table, n_materials, material):
+    """Copy every outer wall entry closer than r_i + reach into contact blocks; returns their number."""
+    n = grains.shape[0] // GRAIN
+    m = 0
+    for i in range(n):
+        near = grains[GRAIN * i + RADIUS] + reach
+        for k in range(outer.row[i], outer.row[i + 1]):
+            w = outer.partner[k]
+            x, y, z = wall_separation(grains, GRAIN * i, walls, w)
+            if x * x + y * y + z * z < near * near:
+                contacts.first[m] = i
+                contacts.second[m] = w
+                contacts.slot[m] = k
+                pair = pair_table[material[i] * n_materials + walls.material[w]]
+                load_block(contacts.block, m, pair, outer.history[k], grains, GRAIN * i, 0.0, 0.0)
+                m += 1
+    return m
+
+
+@jit
+def load_block(block, q, pair, history, grains, i, r_j, inverse_mass_j):
+    """Pair constants and history of contact q; r_j = 0 stands for a wall (flat, infinitely heavy)."""
+    e = (q // BLOCK) * ROWS * BLOCK + q % BLOCK
+    r_i = grains[i + RADIUS]
+    R_star = r_i * r_j / (r_i + r_j) if r_j > 0.0 else r_i
+    m_star = 1.0 / (grains[i + INVERSE_MASS] + inverse_mass_j)
+    block[e + R_SUM * BLOCK] = r_i + r_j
+    block[e + K_N * BLOCK] = hertz.stiffness(pair[PAIR_E], R_star)
+    block[e + C_N * BLOCK] = hertz.damping(pair[PAIR_E], R_star, m_star, pair[PAIR_BETA])
+    block[e + K_T * BLOCK] = mindlin.stiffness(pair[PAIR_G], R_star)
+    block[e + C_T * BLOCK] = mindlin.damping(pair[PAIR_G], R_star, m_star, pair[PAIR_BETA])
+    block[e + MU_S * BLOCK] = pair[PAIR_MU_S]
+    block[e + MU_R * BLOCK] = pair[PAIR_MU_R]
+    block[e + R_STAR * BLOCK] = R_star
+    block[e + INV_R_I * BLOCK] = 1.0 / r_i
+    block[e + INV_R_J * BLOCK] = 1.0 / r_j if r_j > 0.0 else 0.0
+    for t in range(N_HISTORY):
+        block[e + (HISTORY + t) * BLOCK] = history[t]
+
+
+@jit
+def save_history(contacts, n_contacts, history):
+    """Write the blocks' contact history back to the outer list."""
+    for q in range(n_contacts):
+        e = (q // BLOCK) * ROWS * BLOCK + q % BLOCK
+        for t in range(N_HISTORY):
+            history[contacts.slot[q], t] = contacts.block[e + (HISTORY + t) * BLOCK]

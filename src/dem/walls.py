@@ -1,0 +1,204 @@
+"""Rigid geometry: axis-aligned boxes (degenerate ones are rectangles) and open upright tubes, moving without turning.
+
+A wall is seen by a grain through one number triple: the separation from the wall's nearest point to the grain's centre. Edges
+and corners need no special case, because the nearest point is clamped to the wall.
+
+A wall moves with a prescribed velocity or, along one axis, under a constant force (a lid): m dv/dt = F_grains + F_applied - c v.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from dem.jit import jit
+from dem.layout import BLOCK as B
+from dem.layout import GRAIN, INV_R_I, LOAD, RADIUS, U
+
+BOX, TUBE = 0, 1
+
+#: Stands for "without end" in wall coordinates (m); finite, because kernels may assume that no value is infinite.
+ENDLESS_M = 1e6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """Force control of a wall along one axis (0, 1, 2).
+
+    Attributes: applied_force_n (sign along the axis), mass_kg of the wall, damping_kg_s (viscous, to still the wall).
+    """
+
+    axis: int
+    applied_force_n: float
+    mass_kg: float
+    damping_kg_s: float = 0.0
+
+    def __post_init__(self):
+        if self.axis not in (0, 1, 2):
+            raise ValueError(f"Drive.axis is {self.axis}; allowed: 0 (x), 1 (y), 2 (z).")
+        if not self.mass_kg > 0:
+            raise ValueError(f"Drive.mass_kg is {self.mass_kg}; it must be positive.")
+        if not self.damping_kg_s >= 0:
+            raise ValueError(f"Drive.damping_kg_s is {self.damping_kg_s}; it must not be negative.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wall:
+    """What all walls share: a name, a material, a velocity (m/s) and possibly a drive."""
+
+    name: str
+    material: str
+    velocity_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    drive: Drive | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Box(Wall):
+    """Axis-aligned box from low_m to high_m (x, y, z); equal values along an axis make it a rectangle."""
+
+    low_m: tuple[float, float, float]
+    high_m: tuple[float, float, float]
+
+    def __post_init__(self):
+        if any(low > high for low, high in zip(self.low_m, self.high_m, strict=True)):
+            raise ValueError(f"Box {self.name!r}: low_m {self.low_m} must not exceed high_m {self.high_m}.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tube(Wall):
+    """Upright open tube without thickness: axis at centre_m (x, y), from bottom_m to top_m."""
+
+    radius_m: float
+    bottom_m: float
+    top_m: float
+    centre_m: tuple[float, float] = field(default=(0.0, 0.0))
+
+    def __post_init__(self):
+        if not self.radius_m > 0:
+            raise ValueError(f"Tube {self.name!r}: radius_m is {self.radius_m}; it must be positive.")
+        if self.bottom_m > self.top_m:
+            raise ValueError(f"Tube {self.name!r}: bottom_m {self.bottom_m} must not exceed top_m {self.top_m}.")
+
+
+class WallArrays(NamedTuple):
+    """What kernels read of all walls. geometry: box low (0-2) and high (3-5); tube centre x, y, bottom, -, -, top, radius (6)."""
+
+    kind: np.ndarray
+    geometry: np.ndarray
+    velocity: np.ndarray
+    material: np.ndarray
+    force: np.ndarray
+    drive_axis: np.ndarray
+    drive: np.ndarray
+
+
+def to_arrays(walls: list[Wall], material_index: dict[str, int]) -> WallArrays:
+    """Arrays for the kernels; forces start at zero."""
+    n = len(walls)
+    arrays = WallArrays(
+        kind=np.zeros(n, np.int64),
+        geometry=np.zeros((n, 7)),
+        velocity=np.zeros((n, 3)),
+        material=np.zeros(n, np.int64),
+        force=np.zeros((n, 3)),
+        drive_axis=np.full(n, -1, np.int64),
+        drive=np.zeros((n, 3)),
+    )
+    for w, wall in enumerate(walls):
+        if isinstance(wall, Box):
+            arrays.kind[w] = BOX
+            arrays.geometry[w, :6] = (*wall.low_m, *wall.high_m)
+        else:
+            arrays.kind[w] = TUBE
+            arrays.geometry[w] = (*wall.centre_m, wall.bottom_m, 0.0, 0.0, wall.top_m, wall.radius_m)
+        arrays.velocity[w] = wall.velocity_m_s
+        arrays.material[w] = material_index[wall.material]
+        if wall.drive is not None:
+            arrays.drive_axis[w] = wall.drive.axis
+            arrays.drive[w] = (wall.drive.applied_force_n, wall.drive.mass_kg, wall.drive.damping_kg_s)
+    np.clip(arrays.geometry, -ENDLESS_M, ENDLESS_M, out=arrays.geometry)
+    return arrays
+
+
+def from_arrays(wall: Wall, arrays: WallArrays, w: int) -> Wall:
+    """The wall as it stands now (moved by the simulation)."""
+    g, velocity = arrays.geometry[w].tolist(), tuple(arrays.velocity[w].tolist())
+    if isinstance(wall, Box):
+        return replace(wall, low_m=tuple(g[:3]), high_m=tuple(g[3:6]), velocity_m_s=velocity)
+    return replace(wall, centre_m=(g[0], g[1]), bottom_m=g[2], top_m=g[5], velocity_m_s=velocity)
+
+
+@jit
+def wall_separation(grains, o, walls, w):
+    """Vector in m from the nearest point of wall w to the centre of the grain whose record starts at o."""
+    g = walls.geometry
+    x, y, z = grains[o], grains[o + 1], grains[o + 2]
+    if walls.kind[w] == BOX:
+        return (
+            x - min(max(x, g[w, 0]), g[w, 3]),
+            y - min(max(y, g[w, 1]), g[w, 4]),
+            z - min(max(z, g[w, 2]), g[w, 5]),
+        )
+    x -= g[w, 0]
+    y -= g[w, 1]
+    outwards = 1.0 - g[w, 6] / math.sqrt(x * x + y * y + 1e-30)
+    return x * outwards, y * outwards, z - min(max(z, g[w, 2]), g[w, 5])
+
+
+@jit
+def gather_walls(grains, walls, first, second, n, b, c, with_rolling):
+    """Fill the work buffer for n wall contacts."""
+    for q in range(n):
+        w = second[q]
+        o = GRAIN * first[q]
+        x, y, z = wall_separation(grains, o, walls, w)
+        r = grains[o + RADIUS]
+        b[q] = x
+        b[B + q] = y
+        b[2 * B + q] = z
+        b[3 * B + q] = r * r - (x * x + y * y + z * z)
+        for t in range(3):
+            b[(4 + t) * B + q] = grains[o + 3 + t] - walls.velocity[w, t]
+            b[(7 + t) * B + q] = grains[o + 6 + t]
+        if with_rolling:
+            for t in range(3):
+                b[(10 + t) * B + q] = grains[o + 6 + t] * c[INV_R_I * B + q]
+
+
+@jit
+def scatter_walls(loads, walls, first, second, n, b, c, with_rolling):
+    """Add the loads of n wall contacts to their grains and the reactions to the walls."""
+    for q in range(n):
+        w = second[q]
+        a = np.uint64(LOAD * first[q])
+        for t in range(3):
+            f = b[t * B + q]
+            loads[a + U[t]] += f
+            walls.force[w, t] -= f
+            loads[a + U[3 + t]] += b[(3 + t) * B + q]
+        if with_rolling:
+            for t in range(3):
+                loads[a + U[3 + t]] += b[(10 + t) * B + q] * c[INV_R_I * B + q]
+        else:
+            loads[a + U[6]] += b[6 * B + q]
+
+
+@jit
+def move_walls(walls, dt):
+    """Drive and displace every wall by one step; returns the largest wall speed. `walls.force` must hold this step's forces."""
+    fastest = 0.0
+    for w in range(walls.kind.shape[0]):
+        axis = walls.drive_axis[w]
+        if axis >= 0:
+            applied, mass, damping = walls.drive[w, 0], walls.drive[w, 1], walls.drive[w, 2]
+            v = walls.velocity[w, axis]
+            walls.velocity[w, axis] = (v + dt * (walls.force[w, axis] + applied) / mass) / (1.0 + dt * damping / mass)
+        speed2 = 0.0
+        for t in range(3):
+            v = walls.velocity[w, t]
+            speed2 += v * v
+            walls.geometry[w, t] += v * dt
+            walls.geometry[w, 3 + t] += v * dt
+        fastest = max(fastest, speed2)
+    return math.sqrt(fastest)

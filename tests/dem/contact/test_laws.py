@@ -1,0 +1,64 @@
+"""The scalar contact laws; this folder runs with JIT on and off."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dem.contact import hertz, mindlin, rolling
+
+GLASS = (2e10, 0.2)
+
+
+def test_effective_moduli_of_equal_solids_match_their_closed_forms():
+    G, nu = GLASS
+    assert hertz.effective_young_modulus(G, nu, G, nu) == pytest.approx(G / (1 - nu))
+    assert mindlin.effective_shear_modulus(G, nu, G, nu) == pytest.approx(G / (2 * (2 - nu)))
+
+
+def test_a_very_stiff_partner_leaves_the_softer_solid_in_charge():
+    G, nu = GLASS
+    assert hertz.effective_young_modulus(G, nu, 1e20, nu) == pytest.approx(2 * G * (1 + nu) / (1 - nu**2), rel=1e-6)
+
+
+def test_an_elastic_contact_has_no_dashpot_and_less_restitution_means_more():
+    assert hertz.damping_ratio(1.0) == 0.0
+    ratios = [hertz.damping_ratio(e) for e in (0.9, 0.5, 0.1)]
+    assert ratios == sorted(ratios)
+
+
+def test_damping_ratio_gives_a_linear_spring_the_restitution_it_is_named_after():
+    beta = hertz.damping_ratio(0.5)
+    assert math.exp(-math.pi * beta / math.sqrt(1 - beta**2)) == pytest.approx(0.5)
+
+
+@given(st.floats(1e-9, 1e-4), st.floats(1.01, 4.0))
+def test_the_normal_spring_grows_with_the_three_halves_power_of_the_overlap(overlap, factor):
+    def force(delta):
+        return hertz.normal_force(delta, math.sqrt(delta), delta**0.25, 0.0, 3e7, 0.0)
+
+    assert force(factor * overlap) == pytest.approx(factor**1.5 * force(overlap), rel=1e-12)
+
+
+def test_the_dashpot_resists_approach():
+    quiet, approaching = (hertz.normal_force(1e-6, 1e-3, 1e-6**0.25, v, 3e7, 2.0) for v in (0.0, -0.1))
+    assert approaching > quiet
+
+
+@given(st.floats(0.0, 10.0), st.floats(0.0, 10.0))
+def test_slip_never_lets_the_force_exceed_the_limit(trial, limit):
+    factor = mindlin.slip_factor(trial, limit, 1.0, 1e-30)
+    assert 0.0 <= factor <= 1.0
+    assert trial * factor <= limit * (1 + 1e-12)
+    if trial < limit:
+        assert factor == 1.0
+
+
+@given(st.tuples(*[st.floats(-5, 5)] * 3), st.floats(0.0, 10.0))
+def test_rolling_resistance_may_stop_a_spin_but_not_reverse_it(spin, change):
+    keep = rolling.resist(*spin, change)
+    speed = float(np.linalg.norm(spin))
+    assert 0.0 <= keep <= 1.0
+    assert keep * speed == pytest.approx(max(0.0, speed - change), abs=1e-12)

@@ -1,0 +1,209 @@
+"""The public API on small systems: lists, history, factories, refusals."""
+
+import numpy as np
+import pytest
+
+import dem
+from dem import neighbours
+from dem.layout import GRAIN, INVERSE_MASS, RADIUS
+
+MATERIAL = dem.Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)
+ROUGH = dem.Interaction(restitution=0.5, static_friction=0.4, rolling_friction=0.1)
+RADIUS_M = 1e-3
+
+
+def make(walls=(), interaction=ROUGH, **settings):
+    settings = {"smallest_radius_m": RADIUS_M, **settings}
+    return dem.Simulation(materials={"soil": MATERIAL}, interactions={("soil", "soil"): interaction}, walls=walls, **settings)
+
+
+def floor(**settings):
+    return dem.Box(name="floor", material="soil", low_m=(-1.0, -1.0, 0.0), high_m=(1.0, 1.0, 0.0), **settings)
+
+
+def box_of_grains(seed=1, n=150, **settings):
+    walls = [floor(), dem.Tube(name="tube", material="soil", radius_m=5 * RADIUS_M, bottom_m=0.0, top_m=1.0)]
+    simulation = make(walls, **settings)
+    region = dem.TubeRegion(radius_m=5 * RADIUS_M, bottom_m=0.0)
+    simulation.add_factory(dem.Factory(n_grains=n, region=region, sizes=dem.Sizes(mean_m=RADIUS_M), material="soil", seed=seed))
+    return simulation
+
+
+def all_pairs(positions, radii, period, skin):
+    """Every pair closer than the sum of radii plus skin, the slow and obvious way."""
+    pairs = set()
+    for i in range(len(radii)):
+        apart = positions[i] - positions
+        for a in np.flatnonzero(period):
+            apart[:, a] -= period[a] * np.round(apart[:, a] / period[a])
+        near = np.linalg.norm(apart, axis=1) < radii[i] + radii + skin
+        pairs |= {(i, int(j)) for j in np.flatnonzero(near) if j > i}
+    return pairs
+
+
+@pytest.mark.parametrize("period", [(0, 0, 0), (0, 5e-3, 0), (12e-3, 5e-3, 0), (12e-3, 7.6e-3, 12e-3)])
+@pytest.mark.parametrize("seed", range(4))
+def test_the_cell_list_finds_exactly_the_pairs_that_all_pairs_finds(period, seed):
+    rng = np.random.default_rng(seed)
+    n, skin, period = 200, rng.uniform(0.05e-3, 0.4e-3), np.array(period, float)
+    positions = rng.uniform(-9e-3, 9e-3, (n, 3))
+    radii = rng.uniform(0.5e-3, 1e-3, n)
+    record = np.zeros((n, GRAIN))
+    record[:, :3], record[:, RADIUS], record[:, INVERSE_MASS] = positions, radii, 1.0
+    row, partner = np.zeros(n + 1, np.int64), np.zeros(n * n, np.int32)
+    m = neighbours.find_pairs(record.ravel(), period, skin, row, partner)
+    owner = np.repeat(np.arange(n), np.diff(row))
+    found = list(zip(owner.tolist(), partner[:m].tolist(), strict=True))
+    assert len(found) == len(set(found))
+    assert set(found) == all_pairs(positions, radii, period, skin)
+
+
+def test_a_pair_list_without_room_says_so():
+    record = np.zeros((20, GRAIN))
+    record[:, RADIUS], record[:, INVERSE_MASS] = 1.0, 1.0
+    assert neighbours.find_pairs(record.ravel(), np.zeros(3), 0.1, np.zeros(21, np.int64), np.zeros(5, np.int32)) == -1
+
+
+def test_a_crowd_that_overflows_the_first_lists_runs_like_any_other():
+    simulation = make([floor()], smallest_radius_m=0.2e-3)
+    simulation.add_grains([(0, 0, 5e-3)], 5e-3, "soil")
+    angles = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    ring = np.column_stack([5.3e-3 * np.cos(angles), 5.3e-3 * np.sin(angles), np.full(60, 5e-3)])
+    simulation.add_grains(ring, 0.25e-3, "soil")
+    simulation._lengthen(1)
+    simulation.advance(200)
+    assert simulation.n_grains == 61
+
+
+def test_the_floor_carries_the_weight_of_a_settled_bed():
+    simulation = box_of_grains()
+    simulation.run(1.0, until=lambda s: s.is_static())
+    simulation.advance(200)
+    weight = 9.81 * simulation.n_grains * MATERIAL.density_kg_m3 * 4 / 3 * np.pi * RADIUS_M**3
+    reaction = sum(force[2] for force in simulation.mean_wall_forces_n.values())
+    assert -reaction == pytest.approx(weight, rel=1e-3)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("rolling_model", ["type_a", "type_c"])
+def test_a_bed_comes_to_rest_in_every_variant(precision, rolling_model):
+    simulation = box_of_grains(precision=precision, rolling_model=rolling_model)
+    assert simulation.run(1.0, until=lambda s: s.is_static(1e-6))
+    assert simulation.largest_overlap_ratio() < 0.01
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_seed_does_not():
+    first, again, other = (box_of_grains(seed) for seed in (1, 1, 2))
+    for simulation in (first, again, other):
+        simulation.advance(2000)
+    assert first.grains.positions_m.tobytes() == again.grains.positions_m.tobytes()
+    assert first.grains.positions_m.tobytes() != other.grains.positions_m.tobytes()
+
+
+def test_a_grain_beyond_the_edge_leaves_and_the_others_keep_their_contact_history():
+    def pair_on_floor(with_stray):
+        simulation = make([floor()], floor_m=-5e-3)
+        if with_stray:
+            simulation.add_grains([(2.0, 0.0, 0.0)], RADIUS_M, "soil")
+        simulation.add_grains([(0, 0, 0.999e-3), (1.999e-3, 0, 0.999e-3)], RADIUS_M, "soil", velocities_m_s=(0.01, 0.002, 0.0))
+        simulation.run(0.2)
+        return simulation
+
+    alone, accompanied = pair_on_floor(False), pair_on_floor(True)
+    assert (accompanied.n_left, accompanied.n_grains) == (1, 2)
+    assert accompanied.grains.positions_m == pytest.approx(alone.grains.positions_m, rel=1e-9)
+
+
+def test_removing_a_wall_keeps_the_history_with_the_others():
+    extra = dem.Box(name="extra", material="soil", low_m=(0.5, -1.0, 0.0), high_m=(0.5, 1.0, 1.0))
+
+    def sliding(walls, remove):
+        simulation = make(walls)
+        simulation.add_grains([(0, 0, 0.99999e-3)], RADIUS_M, "soil", velocities_m_s=(0.001, 0.0, 0.0))
+        simulation.advance(100)
+        if remove:
+            simulation.remove_wall("extra")
+        simulation.advance(1000)
+        return simulation.grains
+
+    assert sliding([extra, floor()], True).positions_m.tobytes() == sliding([floor()], False).positions_m.tobytes()
+
+
+def test_glued_grains_follow_their_wall_and_hand_it_their_load():
+    simulation = make([floor()])
+    simulation.add_grains([(0, 0, RADIUS_M), (0, 0, 2.999e-3)], RADIUS_M, "soil")
+    simulation.glue([0], "floor")
+    simulation.run(0.3)
+    weight = 9.81 * MATERIAL.density_kg_m3 * 4 / 3 * np.pi * RADIUS_M**3
+    assert simulation.mean_wall_forces_n["floor"][2] == pytest.approx(-weight, rel=1e-3)
+    assert simulation.grains.positions_m[0].tolist() == [0, 0, RADIUS_M]
+    simulation.move_wall("floor", (0.0, 0.0, 0.05))
+    start = simulation.wall("floor").low_m[2]
+    simulation.advance(100)
+    assert simulation.grains.positions_m[0, 2] - RADIUS_M == pytest.approx(simulation.wall("floor").low_m[2] - start, rel=1e-9)
+
+
+def test_a_lid_under_constant_force_presses_with_that_force():
+    lid = dem.Box(
+        name="lid", material="soil", low_m=(-1.0, -1.0, 0.02), high_m=(1.0, 1.0, 0.02),
+        drive=dem.Drive(axis=2, applied_force_n=-0.02, mass_kg=1e-4, damping_kg_s=0.05),
+    )  # fmt: skip
+    simulation = box_of_grains(n=60)
+    simulation.add_wall(lid)
+    simulation.run(1.0, until=lambda s: s.time_s > 0.3 and s.is_static(1e-6))
+    simulation.advance(500)
+    assert simulation.mean_wall_forces_n["lid"][2] == pytest.approx(0.02, rel=1e-3)
+
+
+def test_a_factory_waits_for_its_time_and_makes_the_sizes_asked_for():
+    simulation = make([floor()], smallest_radius_m=0.6e-3)
+    region = dem.BoxRegion(low_m=(-0.01, -0.01), high_m=(0.01, 0.01), bottom_m=0.0)
+    sizes = dem.Sizes(mean_m=RADIUS_M, sd_ratio=0.2)
+    simulation.add_factory(dem.Factory(n_grains=300, region=region, sizes=sizes, material="soil", seed=3, time_s=0.01))
+    assert simulation.n_grains == 0
+    simulation.run(0.011)
+    radii = simulation.grains.radii_m
+    assert len(radii) == 300
+    assert radii.mean() == pytest.approx(RADIUS_M, rel=0.05)
+    assert radii.std() / radii.mean() == pytest.approx(0.2 * 0.88, rel=0.1)  # a normal cut at two deviations keeps 0.88 of its SD
+    assert sizes.smallest_m <= radii.min() < radii.max() <= sizes.largest_m
+
+
+def test_factories_make_no_contacts():
+    region = dem.TubeRegion(radius_m=0.01, bottom_m=0.0)
+    factory = dem.Factory(n_grains=500, region=region, sizes=dem.Sizes(mean_m=RADIUS_M), material="soil", seed=1)
+    positions, radii = factory.make()
+    assert not all_pairs(positions, radii, np.zeros(3), 0.0)
+    assert (np.hypot(*positions[:, :2].T) + radii).max() < 0.01
+    assert (positions[:, 2] - radii).min() > 0
+
+
+def test_a_blow_up_is_an_error_that_says_what_and_when():
+    simulation = make([floor()])
+    simulation.add_grains([(0, 0, 1e-3), (0.2e-3, 0, 1.1e-3)], RADIUS_M, "soil")
+    with pytest.raises(dem.SimulationError, match=r"blew up: grain \d moves at .* m/s at t = "):
+        simulation.run(0.1, every_steps=10)
+
+
+@pytest.mark.parametrize(
+    ("make_it", "message"),
+    [
+        (lambda: dem.Material(density_kg_m3=-1, poisson_ratio=0.2, shear_modulus_pa=1e6), "density_kg_m3 is -1; allowed"),
+        (lambda: dem.Material(density_kg_m3=1, poisson_ratio=0.5, shear_modulus_pa=1e6), "poisson_ratio is 0.5; allowed"),
+        (lambda: dem.Material(density_kg_m3=1, poisson_ratio=0.2, shear_modulus_pa=0), "shear_modulus_pa is 0; allowed"),
+        (lambda: dem.Interaction(restitution=0, static_friction=0, rolling_friction=0), "restitution is 0; allowed"),
+        (lambda: dem.Interaction(restitution=1, static_friction=-0.1, rolling_friction=0), "static_friction is -0.1; allowed"),
+        (lambda: dem.Sizes(mean_m=1e-3, sd_ratio=0.6), "radius_sd_ratio is 0.6; allowed"),
+        (lambda: make(time_step_rayleigh_ratio=0.9), "time step over Rayleigh time is 0.9; allowed"),
+        (lambda: make(rolling_model="b"), "rolling_model is 'b'; allowed: type_a or type_c"),
+        (lambda: make().add_grains([(0, 0, np.nan)], RADIUS_M, "soil"), "positions_m is not finite"),
+        (lambda: make().add_grains([(0, 0, 0)], 0.5 * RADIUS_M, "soil"), "smallest radius is 0.0005; allowed"),
+        (lambda: make().add_grains([(0, 0, 0)], RADIUS_M, "mud"), "material of grains is 'mud'; allowed"),
+        (lambda: make([floor(), floor()]), "wall name is 'floor'; allowed"),
+        (lambda: make().move_wall("lid", (0, 0, 0)), "wall is 'lid'; allowed"),
+        (lambda: box_of_grains(period_m=(0.0, 4.5e-3, 0.0)).advance(1), "period_m along y is 0.0045; allowed"),
+    ],
+)
+def test_impossible_input_is_refused_with_name_value_and_what_is_allowed(make_it, message):
+    with pytest.raises(ValueError, match=message.replace(".", r"\.")):
+        make_it()

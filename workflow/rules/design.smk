@@ -1,0 +1,28 @@
+# Step 3a: choose the parameter sets (screening, grid, radius sweep, checks) and prepare the kernels.
+
+
+rule design:
+    output:
+        table=f"{RESULTS}/design.parquet",
+    log:
+        f"{LOGS}/design.log",
+    params:
+        simulations=SIMULATIONS,
+    message:
+        "Expand the design into one row per simulation."
+    script:
+        "../scripts/design.py"
+
+
+rule compile_kernels:
+    output:
+        marker=f"{RESULTS}/kernels.txt",
+    log:
+        f"{LOGS}/compile_kernels.log",
+    params:
+        engine=ENGINE,
+        settings=config["engine"],
+    message:
+        "Compile the engine's kernels once, before the simulations fan out."
+    script:
+        "../scripts/compile_kernels.py"

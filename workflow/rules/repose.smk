@@ -1,0 +1,40 @@
+# Angle of repose: lift the tube, look at the heap.
+
+
+rule simulate_repose:
+    input:
+        kernels=ancient(f"{RESULTS}/kernels.txt"),
+    output:
+        grains=f"{RESULTS}/sims/repose/{{simulation}}/grains.parquet",
+        filled=f"{RESULTS}/sims/repose/{{simulation}}/filled.parquet",
+        run=f"{RESULTS}/sims/repose/{{simulation}}/run.parquet",
+        timing=f"{RESULTS}/sims/repose/{{simulation}}/timing.json",
+    log:
+        f"{LOGS}/repose/{{simulation}}.log",
+    params:
+        row=simulation_row,
+        settings=simulation_settings,
+        engine=ENGINE,
+    message:
+        "Fill the tube, lift it, and let the heap come to rest: simulation {wildcards.simulation}."
+    script:
+        "../scripts/simulate_repose.py"
+
+
+rule measure_repose:
+    input:
+        runs=expand(f"{RESULTS}/sims/repose/{{simulation}}/run.parquet", simulation=REPOSE),
+        grains=expand(f"{RESULTS}/sims/repose/{{simulation}}/grains.parquet", simulation=REPOSE),
+        timings=expand(f"{RESULTS}/sims/repose/{{simulation}}/timing.json", simulation=REPOSE),
+        design=f"{RESULTS}/design.parquet",
+    output:
+        table=f"{RESULTS}/repose.parquet",
+    log:
+        f"{LOGS}/measure_repose.log",
+    params:
+        estimator=config["repose"]["estimator"],
+        estimators=ESTIMATORS,
+    message:
+        "Measure the angle of repose of every heap by two independent estimators."
+    script:
+        "../scripts/measure_repose.py"

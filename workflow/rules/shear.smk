@@ -1,0 +1,57 @@
+# Direct shear: consolidate the slice under a lid, shear it, fit the strength line.
+
+
+rule simulate_shear:
+    input:
+        kernels=ancient(f"{RESULTS}/kernels.txt"),
+    output:
+        history=f"{RESULTS}/sims/shear/{{simulation}}/history.parquet",
+        before=f"{RESULTS}/sims/shear/{{simulation}}/grains_before.parquet",
+        after=f"{RESULTS}/sims/shear/{{simulation}}/grains_after.parquet",
+        run=f"{RESULTS}/sims/shear/{{simulation}}/run.parquet",
+        timing=f"{RESULTS}/sims/shear/{{simulation}}/timing.json",
+    log:
+        f"{LOGS}/shear/{{simulation}}.log",
+    params:
+        row=simulation_row,
+        settings=simulation_settings,
+        engine=ENGINE,
+    message:
+        "Consolidate the slice and shear it: simulation {wildcards.simulation}."
+    script:
+        "../scripts/simulate_shear.py"
+
+
+rule measure_shear:
+    input:
+        runs=expand(f"{RESULTS}/sims/shear/{{simulation}}/run.parquet", simulation=SHEAR),
+        histories=expand(f"{RESULTS}/sims/shear/{{simulation}}/history.parquet", simulation=SHEAR),
+        timings=expand(f"{RESULTS}/sims/shear/{{simulation}}/timing.json", simulation=SHEAR),
+        design=f"{RESULTS}/design.parquet",
+    output:
+        table=f"{RESULTS}/shear.parquet",
+    log:
+        f"{LOGS}/measure_shear.log",
+    params:
+        estimators=ESTIMATORS,
+    message:
+        "Read peak and plateau strength off every shear curve."
+    script:
+        "../scripts/measure_shear.py"
+
+
+rule strength:
+    input:
+        shear=f"{RESULTS}/shear.parquet",
+    output:
+        table=f"{RESULTS}/strength.parquet",
+    log:
+        f"{LOGS}/strength.log",
+    params:
+        strength=config["shear"]["strength"],
+        normal_stress=config["shear"]["normal_stress"],
+        inference=INFERENCE,
+    message:
+        "Fit the Mohr-Coulomb line of every design point: cohesion and friction angle with their errors."
+    script:
+        "../scripts/strength.py"

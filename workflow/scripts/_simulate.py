@@ -1,0 +1,76 @@
+"""What both simulation scripts share: soil and engine from the design row, progress, and failures that are recorded."""
+
+import json
+import time
+import traceback
+
+import pandas as pd
+from _provenance import versions
+
+from dem import SimulationError
+from dem.experiments.soil import Engine, Soil
+
+SOIL_KEYS = tuple(Soil.__dataclass_fields__)
+#: Seconds between two progress lines in a simulation's log.
+PROGRESS_S = 5.0
+
+#: What a simulation may raise because of its parameters; anything else is a fault of the program and stops the job.
+FAILURES = (SimulationError, ValueError, FloatingPointError)
+
+
+def soil_of(row: dict) -> Soil:
+    """The virtual soil of a design row."""
+    return Soil(**{key: row[key] for key in SOIL_KEYS if key in row})
+
+
+def engine_of(settings: dict, stiffness_reduction: float) -> Engine:
+    """The engine settings of a simulation."""
+    return Engine(stiffness_reduction=stiffness_reduction, **settings["engine"])
+
+
+class Progress:
+    """Prints a line every few seconds: stage, simulated time, steps, speed."""
+
+    def __init__(self):
+        self.start = self.last = time.monotonic()
+
+    def __call__(self, simulation, stage: str) -> None:
+        """Report one look at the simulation."""
+        now = time.monotonic()
+        if now - self.last >= PROGRESS_S:
+            self.last = now
+            speed = simulation.n_steps * simulation.n_grains / (now - self.start) / 1e6
+            print(f"{stage}: t = {simulation.time_s:.4f} s, step {simulation.n_steps}, {speed:.1f} M grain-steps/s")
+
+
+def provenance(row: dict, settings: dict, engine: str) -> dict:
+    """Where a result comes from; nothing in it changes from run to run."""
+    return {"design": row, "settings": settings, "engine": engine, "versions": versions()}
+
+
+def grain_table(grains) -> pd.DataFrame:
+    """Positions and radii of grains as a table."""
+    x, y, z = grains.positions_m.T if len(grains) else ([], [], [])
+    return pd.DataFrame({"x_m": x, "y_m": y, "z_m": z, "radius_m": grains.radii_m}, dtype=float)
+
+
+def empty_grains() -> pd.DataFrame:
+    """The grain table of a failed simulation."""
+    return pd.DataFrame({name: pd.Series(dtype=float) for name in ("x_m", "y_m", "z_m", "radius_m")})
+
+
+def recorded(simulate):
+    """Run `simulate()`; returns (result, None, seconds), or (None, reason, seconds) when the parameters do not work."""
+    start = time.perf_counter()
+    try:
+        result, reason = simulate(), None
+    except FAILURES as error:
+        traceback.print_exc()
+        result, reason = None, str(error)
+    return result, reason, time.perf_counter() - start
+
+
+def write_timing(path: str, seconds: float) -> None:
+    """The only output that differs from run to run: how long it took."""
+    with open(path, "w", encoding="utf-8") as file:
+        json.dump({"wall_time_s": seconds}, file)

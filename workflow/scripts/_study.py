@@ -1,0 +1,106 @@
+"""What the Snakefile knows of a study before any job runs: its checked configuration, its simulations, its code."""
+
+import ast
+import hashlib
+import math
+from pathlib import Path
+
+import jsonschema
+import yaml
+from snakemake.exceptions import WorkflowError
+
+from calibration.design import expand
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def check_config(config: dict) -> None:
+    """Refuse a configuration that does not obey config/schema.yaml; the message names key, value and what is allowed."""
+    schema = yaml.safe_load((ROOT / "config" / "schema.yaml").read_text())
+    errors = sorted(jsonschema.Draft202012Validator(schema).iter_errors(config), key=lambda error: list(map(str, error.path)))
+    if errors:
+        raise WorkflowError("The configuration is not valid:\n" + "\n".join(f"  {describe(error)}" for error in errors))
+
+
+def describe(error: jsonschema.ValidationError) -> str:
+    """One line for one schema error."""
+    key = ".".join(map(str, error.absolute_path)) or "the configuration"
+    if error.validator == "additionalProperties":
+        known = set(error.schema.get("properties", {}))
+        unknown = sorted(set(error.instance) - known)
+        return f"{key}: unknown key {', '.join(map(repr, unknown))}; allowed: {', '.join(sorted(known))}."
+    if error.validator == "required":
+        return f"{key}: {error.message}."
+    meaning = error.schema.get("description", "")
+    return f"{key}: {error.message}." + (f" It means: {meaning}" if meaning else "")
+
+
+def simulations(config: dict) -> dict[str, dict]:
+    """simulation_id -> design row, with plain Python values (None where a value does not apply)."""
+    try:
+        table = expand(config)
+    except ValueError as error:
+        raise WorkflowError(str(error)) from None
+    rows = {}
+    for row in table.to_dict("records"):
+        plain = {key: value.item() if hasattr(value, "item") else value for key, value in row.items()}
+        plain = {key: None if isinstance(value, float) and math.isnan(value) else value for key, value in plain.items()}
+        rows[plain["simulation_id"]] = plain
+    return rows
+
+
+def experiment_settings(config: dict, row: dict) -> dict:
+    """What a simulation depends on beside its design row: protocol, engine and fidelity (purposes do not count)."""
+    experiment, fidelity = row["experiment"], config["fidelity"][row["fidelity"]]
+    protocol = {
+        "repose": ("n_particles", "tube_diameter_ratio", "plate_half_width_ratio", "wall_static_friction", "wall_rolling_friction", "max_time_s"),
+        "shear": ("length_ratio", "height_ratio", "width_ratio", "displacement_ratio", "frame_static_friction", "preparation_friction_ratio"),
+    }[experiment]  # fmt: skip
+    settings = {key: config[experiment][key] for key in protocol}
+    scaled = config["design"]["geometry"] == "scaled"
+    settings["scale_radius_m"] = row["radius_m"] if scaled else config["material"]["radius_m"]
+    if experiment == "repose":
+        settings["lift_speed_m_s"] = fidelity["lift_speed_m_s"]
+        # the tube's way grows with the geometry, so the time to lift it does too
+        settings["max_time_s"] *= settings["scale_radius_m"] / config["material"]["radius_m"]
+    else:
+        settings["inertial_number"] = fidelity["shear_inertial_number"]
+    return {
+        "setup": settings,
+        "engine": {
+            "rolling_model": config["engine"]["rolling_model"],
+            "precision": config["engine"]["precision"],
+            "gravity_m_s2": config["engine"]["gravity_m_s2"],
+            "time_step_rayleigh_ratio": fidelity["time_step_rayleigh_ratio"],
+        },
+        "softening": {key: fidelity[key] for key in fidelity if key.startswith(experiment + "_stiffness")},
+    }
+
+
+def soil_files(config: dict) -> list[str]:
+    """The soil files of a study, refused with a message that lists what exists when one is missing."""
+    folder = ROOT / "config" / "soils"
+    for soil in config["soils"]:
+        if not (folder / f"{soil}.yaml").is_file():
+            known = ", ".join(sorted(path.stem for path in folder.glob("*.yaml")))
+            raise WorkflowError(f"soils: there is no config/soils/{soil}.yaml; existing soils: {known}.")
+    return [f"config/soils/{soil}.yaml" for soil in config["soils"]]
+
+
+def fingerprint(folder: str, without: str | None = None) -> str:
+    """Hash of the parsed source of a package, so that comments and layout do not count (12 hex digits)."""
+    digest = hashlib.sha256()
+    for path in sorted((ROOT / folder).rglob("*.py")):
+        if without is not None and (ROOT / without) in path.parents:
+            continue
+        digest.update(path.relative_to(ROOT).as_posix().encode())
+        digest.update(ast.unparse(without_docstrings(ast.parse(path.read_text()))).encode())
+    return digest.hexdigest()[:12]
+
+
+def without_docstrings(tree: ast.Module) -> ast.Module:
+    """The tree with every docstring removed: they are comments too."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node) is not None:
+            node.body = node.body[1:] or [ast.Pass()]
+    return tree

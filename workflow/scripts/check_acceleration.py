@@ -1,0 +1,11 @@
+"""Adapt rule `check_acceleration` to `calibration.acceleration_table`."""
+
+from _log import log_to
+from _tables import read_table, write_table
+
+from calibration import acceleration_table
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    table = acceleration_table(read_table(snakemake.input.repose, "repose"), read_table(snakemake.input.shear, "shear"))
+    write_table(table, snakemake.output.table, "acceleration", {"rule": snakemake.rule, **dict(snakemake.params.items())})

@@ -1,0 +1,11 @@
+"""Adapt rule `design`: write the design that the Snakefile expanded."""
+
+import pandas as pd
+from _log import log_to
+from _tables import write_table
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    table = pd.DataFrame(list(snakemake.params.simulations.values()))
+    table["normal_stress_pa"] = table["normal_stress_pa"].astype(float)
+    write_table(table, snakemake.output.table, "design", {"rule": "design"})

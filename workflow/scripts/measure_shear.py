@@ -1,0 +1,41 @@
+"""Adapt rule `measure_shear` to `dem.measure.shear`."""
+
+import json
+import math
+
+import pandas as pd
+from _log import log_to
+from _tables import read_table, write_table
+
+from dem.measure.shear import strength
+
+#: The plateau is the mean over this last fraction of the displacement.
+PLATEAU_WINDOW = 0.3
+STRENGTHS = ("peak_shear_stress_pa", "plateau_shear_stress_pa", "plane_normal_stress_pa", "peak_plane_normal_stress_pa")
+
+
+def measured(run: dict, history_path: str) -> dict:
+    """A run's row with its strengths and its dilation; a failed run has none."""
+    if run["status"] == "failed":
+        return {**run, **dict.fromkeys((*STRENGTHS, "dilation_m"), math.nan)}
+    history = read_table(history_path, "shear_history")
+    columns = (history[name].to_numpy() for name in ("displacement_m", "shear_stress_pa", "plane_normal_stress_pa"))
+    result = strength(*columns, PLATEAU_WINDOW)
+    dilation = history["lid_height_m"].iloc[-1] - history["lid_height_m"].iloc[0]
+    return {**run, **{key: getattr(result, key) for key in STRENGTHS}, "dilation_m": dilation}
+
+
+def main(files, provenance, output):
+    design = read_table(files.design, "design")
+    rows = []
+    for run_path, history_path, timing_path in zip(files.runs, files.histories, files.timings, strict=True):
+        run = read_table(run_path, "shear_run").to_dict("records")[0]
+        with open(timing_path, encoding="utf-8") as file:
+            rows.append({**measured(run, history_path), **json.load(file)})
+    table = design.merge(pd.DataFrame(rows), on="simulation_id", validate="one_to_one")
+    write_table(table, output, "shear", provenance)
+
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    main(snakemake.input, {"rule": snakemake.rule, "estimators": snakemake.params.estimators}, snakemake.output.table)

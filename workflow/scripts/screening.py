@@ -1,0 +1,12 @@
+"""Adapt rule `screening` to `calibration.screening_table`."""
+
+from _log import log_to
+from _tables import read_table, write_table
+
+from calibration import screening_table
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    repose = read_table(snakemake.input.repose, "repose")
+    table = screening_table(repose, snakemake.params.material, snakemake.params.screening)
+    write_table(table, snakemake.output.table, "screening", {"rule": snakemake.rule, **dict(snakemake.params.items())})

@@ -1,0 +1,34 @@
+"""Adapt rule `simulate_repose` to `dem.experiments.angle_of_repose`."""
+
+import math
+
+import pandas as pd
+from _log import log_to
+from _simulate import Progress, empty_grains, engine_of, grain_table, provenance, recorded, soil_of, write_timing
+from _tables import write_table
+
+from dem.experiments import angle_of_repose
+
+
+def main(row, settings, engine, output):
+    soil = soil_of(row)
+    setup = angle_of_repose.Setup(**settings["setup"])
+    numerics = engine_of(settings, settings["softening"]["repose_stiffness_reduction"])
+    heap, reason, seconds = recorded(lambda: angle_of_repose.run(soil, setup, numerics, row["seed"], each=Progress()))
+    if heap is None:
+        run = {"status": "failed", "n_steps": 0, "n_lost": 0, "simulated_time_s": math.nan, "max_overlap_ratio": math.nan}
+        filled = grains = empty_grains()
+    else:
+        run = {key: getattr(heap, key) for key in ("status", "n_steps", "n_lost", "simulated_time_s", "max_overlap_ratio")}
+        filled, grains = grain_table(heap.filled), grain_table(heap.grains)
+    run = {"simulation_id": row["simulation_id"], "reason": reason or "", "n_particles": setup.n_particles, **run}
+    source = provenance(row, settings, engine)
+    write_table(filled, output.filled, "grains", source)
+    write_table(grains, output.grains, "grains", source)
+    write_table(pd.DataFrame([run]), output.run, "repose_run", source)
+    write_timing(output.timing, seconds)
+
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    main(snakemake.params.row, snakemake.params.settings, snakemake.params.engine, snakemake.output)

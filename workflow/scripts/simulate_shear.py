@@ -1,0 +1,46 @@
+"""Adapt rule `simulate_shear` to `dem.experiments.direct_shear`."""
+
+import math
+
+import pandas as pd
+from _log import log_to
+from _simulate import Progress, empty_grains, engine_of, grain_table, provenance, recorded, soil_of, write_timing
+from _tables import write_table
+
+from dem.experiments import direct_shear
+
+RUN_KEYS = ("n_particles", "n_steps", "simulated_time_s", "solid_fraction", "lid_slip_ratio", "max_overlap_ratio")
+HISTORY = ("time_s", "displacement_m", "shear_force_n", "shear_stress_pa", "applied_normal_stress_pa", "plane_normal_stress_pa", "lid_height_m")  # fmt: skip
+
+
+def main(row, settings, engine, output):
+    soil = soil_of(row)
+    setup = direct_shear.Setup(normal_stress_pa=row["normal_stress_pa"], **settings["setup"])
+    reduction = direct_shear.stiffness_reduction(soil, setup, settings["softening"]["shear_stiffness_number"])
+    numerics = engine_of(settings, reduction)
+    shear, reason, seconds = recorded(lambda: direct_shear.run(soil, setup, numerics, row["seed"], each=Progress()))
+    if shear is None:
+        run = {"status": "failed", **dict.fromkeys(RUN_KEYS, math.nan), "n_particles": 0, "n_steps": 0}
+        before = after = empty_grains()
+        history = pd.DataFrame({name: pd.Series(dtype=float) for name in HISTORY})
+    else:
+        run = {"status": "done", **{key: getattr(shear, key) for key in RUN_KEYS}}
+        before, after, history = grain_table(shear.before), grain_table(shear.after), pd.DataFrame(shear.history)
+    run = {
+        "simulation_id": row["simulation_id"],
+        "reason": reason or "",
+        "inertial_number": setup.inertial_number,
+        "stiffness_reduction": reduction,
+        **run,
+    }
+    source = provenance(row, settings, engine)
+    write_table(before, output.before, "grains", source)
+    write_table(after, output.after, "grains", source)
+    write_table(history, output.history, "shear_history", source)
+    write_table(pd.DataFrame([run]), output.run, "shear_run", source)
+    write_timing(output.timing, seconds)
+
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    main(snakemake.params.row, snakemake.params.settings, snakemake.params.engine, snakemake.output)
