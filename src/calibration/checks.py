@@ -58,7 +58,11 @@ def compared(table: pd.DataFrame, experiment: str, quantity: str) -> list[dict]:
 
 def described(fidelity: str, runs: pd.DataFrame, quantity: str) -> dict:
     """Mean, standard deviation and number of runs, with the fidelity in the keys."""
-    return {f"{fidelity}_mean": float(runs[quantity].mean()), f"{fidelity}_sd": float(runs[quantity].std()), f"{fidelity}_n": len(runs)}
+    return {
+        f"{fidelity}_mean": float(runs[quantity].mean()),
+        f"{fidelity}_sd": float(runs[quantity].std()),
+        f"{fidelity}_n": len(runs),
+    }
 
 
 def pooled_scatter(runs: pd.DataFrame, quantity: str) -> float:

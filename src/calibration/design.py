@@ -102,15 +102,27 @@ def check_design(config: dict) -> None:
     demand(grid <= material, "design.grid", sorted(grid - material), f"keys of material: {sorted(material)}")
     demand(sweep <= material, "design.sweep", sorted(sweep - material), f"keys of material: {sorted(material)}")
     demand(not grid & sweep, "design.sweep", sorted(grid & sweep), "variables that are not in design.grid")
-    demand(set(design["variables"]) == grid | sweep, "design.variables", design["variables"], f"just those of grid and sweep: {sorted(grid | sweep)}")
+    demand(
+        set(design["variables"]) == grid | sweep,
+        "design.variables",
+        design["variables"],
+        f"just those of grid and sweep: {sorted(grid | sweep)}",
+    )
     changes = set(config["screening"]["changes"])
     demand(changes <= material, "screening.changes", sorted(changes - material), f"keys of material: {sorted(material)}")
     for parameter, value in config["screening"]["changes"].items():
         demand(value != config["material"][parameter], f"screening.changes.{parameter}", value, "another value than material's")
-    for key, couples in (("design.sweep_couples", design["sweep_couples"]), ("fidelity.check.couples", config["fidelity"]["check"]["couples"])):
+    for key, couples in (
+        ("design.sweep_couples", design["sweep_couples"]),
+        ("fidelity.check.couples", config["fidelity"]["check"]["couples"]),
+    ):
         for couple in couples:
             demand(set(couple) == grid, key, couple, f"a value for each grid variable: {sorted(grid)}")
     for couple in design["sweep_couples"]:
         for name, value in couple.items():
-            demand(value in design["grid"][name], f"design.sweep_couples {name}", value, f"a value of design.grid.{name}: {design['grid'][name]}")
-
+            demand(
+                value in design["grid"][name],
+                f"design.sweep_couples {name}",
+                value,
+                f"a value of design.grid.{name}: {design['grid'][name]}",
+            )

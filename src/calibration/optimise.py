@@ -47,7 +47,7 @@ def objectives(surrogates: dict[str, Surrogate], targets: dict[str, float], vari
 
 
 def starts(low: np.ndarray, high: np.ndarray, n: int) -> np.ndarray:
-    """n low-discrepancy initial guesses (n, k) inside the bounds."""
+    """N low-discrepancy initial guesses (n, k) inside the bounds."""
     sampler = qmc.Sobol(len(low), seed=SOBOL_SEED)
     return qmc.scale(sampler.random_base2(int(np.ceil(np.log2(max(n, 2)))))[:n], low, high)
 
@@ -66,7 +66,8 @@ def calibrate_case(surrogates, targets, weights, options, variables):
 
     Parameters
     ----------
-    targets : response -> value in its unit. weights : (4,), in the order of OBJECTIVES. options : tolerance, max_iterations, n_starts.
+    targets : response -> value in its unit. weights : (4,), in the order of OBJECTIVES.
+    options : tolerance, max_iterations, n_starts.
 
     Returns
     -------
@@ -97,7 +98,9 @@ def calibrate_case(surrogates, targets, weights, options, variables):
         "n_converged": sum(d.converged for d in descents),
         "n_distinct": len(minima),
         "status": "converged" if hits else "not_converged",
-        "reason": "" if hits else f"Gauss-Newton reached it from no start, bounded least squares did; from the nearest start: {shown.reason}",
+        "reason": ""
+        if hits
+        else f"Gauss-Newton reached it from no start, bounded least squares did; from the nearest start: {shown.reason}",
         "at_bound": ",".join(at_bound),
         "inside_design": bool(((best >= low) & (best <= high)).all()),
     }
@@ -112,7 +115,12 @@ def nearest(descents: list[Descent], guesses, best, extent) -> Descent:
 def checked_weights(weights) -> np.ndarray:
     """Four positive weights as an array."""
     weights = np.asarray(weights, float)
-    demand(weights.shape == (4,) and bool((weights > 0).all()), "weights", weights.tolist(), f"four positive numbers, for {OBJECTIVES}")
+    demand(
+        weights.shape == (4,) and bool((weights > 0).all()),
+        "weights",
+        weights.tolist(),
+        f"four positive numbers, for {OBJECTIVES}",
+    )
     return weights
 
 

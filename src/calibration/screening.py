@@ -27,7 +27,15 @@ def screening_table(repose: pd.DataFrame, material: dict, screening: dict) -> pd
         for parameter, value in screening["changes"].items()
     }
     pooled = pooled_sd([base, *groups.values()])
-    rows = [{"parameter": "base", "base_value": np.nan, "changed_value": np.nan, **summary(base), **compared(base, base, np.nan, 0.0)}]
+    rows = [
+        {
+            "parameter": "base",
+            "base_value": np.nan,
+            "changed_value": np.nan,
+            **summary(base),
+            **compared(base, base, np.nan, 0.0),
+        }
+    ]
     for parameter, runs in groups.items():
         value, changed = material[parameter], screening["changes"][parameter]
         rows.append(

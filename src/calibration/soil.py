@@ -86,7 +86,12 @@ def read_csv(soil: Path, key: str, entry, columns: list[str]) -> pd.DataFrame:
     """A laboratory CSV beside the soil file, with the columns that are needed, all of them finite numbers."""
     demand(isinstance(entry, dict) and "file" in entry, f"{soil}: {key}", entry, "a mapping with the key file")
     path = soil.parent / entry["file"]
-    demand(path.resolve().is_relative_to(soil.parent.resolve()), f"{soil}: {key}.file", entry["file"], "a file beside the soil file")
+    demand(
+        path.resolve().is_relative_to(soil.parent.resolve()),
+        f"{soil}: {key}.file",
+        entry["file"],
+        "a file beside the soil file",
+    )
     try:
         table = pd.read_csv(path, comment="#")
     except (OSError, ValueError) as error:
@@ -96,7 +101,9 @@ def read_csv(soil: Path, key: str, entry, columns: list[str]) -> pd.DataFrame:
         values = pd.to_numeric(table[column], errors="coerce")
         bad = np.flatnonzero(~np.isfinite(values))
         if len(bad):
-            raise CalibrationError(f"{path}: column {column} holds {table[column].iloc[bad[0]]!r} in row {bad[0] + 1}; allowed: a number.")
+            raise CalibrationError(
+                f"{path}: column {column} holds {table[column].iloc[bad[0]]!r} in row {bad[0] + 1}; allowed: a number."
+            )
         table[column] = values
     return table
 
@@ -117,7 +124,12 @@ def from_shear_tests(soil: Path, entry) -> list[dict]:
     shared = {"source": entry.get("source", entry["file"]), "method": f"direct shear, {len(stresses)} tests, {kind}"}
     return [
         {"property": "cohesion", "value": line.cohesion_pa, "standard_uncertainty": line.cohesion_se_pa, **shared},
-        {"property": "friction_angle", "value": line.friction_angle_deg, "standard_uncertainty": line.friction_angle_se_deg, **shared},
+        {
+            "property": "friction_angle",
+            "value": line.friction_angle_deg,
+            "standard_uncertainty": line.friction_angle_se_deg,
+            **shared,
+        },
     ]
 
 

@@ -15,7 +15,11 @@ import pandas as pd
 from calibration import paper
 from calibration.errors import demand
 
-RESPONSES = {"cohesion": ("cohesion_pa", "Pa"), "friction_angle": ("friction_angle_deg", "deg"), "angle_of_repose": ("angle_of_repose_deg", "deg")}  # fmt: skip
+RESPONSES = {
+    "cohesion": ("cohesion_pa", "Pa"),
+    "friction_angle": ("friction_angle_deg", "deg"),
+    "angle_of_repose": ("angle_of_repose_deg", "deg"),
+}
 
 
 @dataclass(frozen=True)
@@ -109,7 +113,9 @@ def fit_surrogate(response: str, points: pd.DataFrame, design: dict, material: d
     """
     column, unit = RESPONSES[response]
     names = tuple(design["grid"])
-    at_base = np.logical_and.reduce([np.isclose(points[name], material[name]) for name in design["sweep"]] or [np.ones(len(points), bool)])
+    at_base = np.logical_and.reduce(
+        [np.isclose(points[name], material[name]) for name in design["sweep"]] or [np.ones(len(points), bool)]
+    )
     on_grid = np.logical_and.reduce([np.isin(points[name], design["grid"][name]) for name in names])
     grid = points[at_base & on_grid]
     powers = quadratic_powers(len(names))

@@ -7,7 +7,7 @@ import numpy as np
 
 from dem.contact.block import contact_stage, rolling_stage
 from dem.jit import jit
-from dem.layout import BLOCK, GRAIN, INV_R_I, INV_R_J, LOAD, ROWS, U
+from dem.layout import BLOCK, GRAIN, INV_R_I, INV_R_J, LOAD, N_HISTORY, ROWS, U
 from dem.layout import BLOCK as B
 from dem.motion import carry_glued, integrate
 from dem.neighbours import (
@@ -29,13 +29,13 @@ LISTS_STALE = 1e30
 FINISHED, PAIRS_FULL, WALL_PAIRS_FULL = 0, 1, 2
 
 #: The inner list is remade about every so many steps ...
-PRUNE_STEPS = 30.0
+PRUNE_STEPS = 20.0
 #: ... but reaches at least this fraction of the skin, and at most that.
 LEAST_REACH, MOST_REACH = 0.0125, 0.3
 
 
 class OuterList(NamedTuple):
-    """Rows of partners with their contact history: row (n + 1), partner (capacity), history (capacity, N_HISTORY)."""
+    """Rows of partners with their contact history: row (n, 2) begin and end, partner (capacity), history (capacity, N_HISTORY)."""
 
     row: np.ndarray
     partner: np.ndarray
@@ -206,13 +206,24 @@ def rebuild(grains, period, walls, skin, pairs, wall_pairs, spare, wall_spare):
         return PAIRS_FULL
     if find_wall_pairs(grains, walls, skin, wall_spare.row, wall_spare.partner) < 0:
         return WALL_PAIRS_FULL
-    for old, new in ((pairs, spare), (wall_pairs, wall_spare)):
-        carry_history(old.row, old.partner, old.history, new.row, new.partner, new.history)
-        m = new.row[-1]
-        old.row[:] = new.row
-        old.partner[:m] = new.partner[:m]
-        old.history[:m] = new.history[:m]
+    carry_history(pairs, spare, True)
+    carry_history(wall_pairs, wall_spare, False)
+    copy_list(spare, pairs)
+    copy_list(wall_spare, wall_pairs)
     return FINISHED
+
+
+@jit
+def copy_list(source, target):
+    """Copy an outer list into another that is at least as long."""
+    m = 0
+    for i in range(source.row.shape[0]):
+        target.row[i, 0], target.row[i, 1] = source.row[i, 0], source.row[i, 1]
+        m = max(m, source.row[i, 1])
+    for k in range(m):
+        target.partner[k] = source.partner[k]
+        for t in range(N_HISTORY):
+            target.history[k, t] = source.history[k, t]
 
 
 @jit
@@ -283,9 +294,9 @@ def advance(
             m = 0
             m_walls = 0
             reach = min(max(2.2 * fastest * dt * PRUNE_STEPS, LEAST_REACH * skin), MOST_REACH * skin)
-            if 2.0 * (list_age[0] + reach) > skin and list_age[0] < LISTS_STALE:
+            if 2.0 * list_age[0] + reach > skin and list_age[0] < LISTS_STALE:
                 list_age[0] = max(farthest(grains, origin), list_age[1])  # the bound adds up the fastest grain of every step
-            if 2.0 * (list_age[0] + reach) > skin:
+            if 2.0 * list_age[0] + reach > skin:
                 reason = rebuild(grains, period, walls, skin, pairs, wall_pairs, spare, wall_spare)
                 if reason != FINISHED:
                     break

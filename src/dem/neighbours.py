@@ -1,6 +1,6 @@
 """Who may touch whom: a cell list, an outer list of pairs and walls, and the inner contact list pruned from it.
 
-The outer list holds everything closer than r_i + r_j + skin, as a half list in rows (pairs of grain i: those with j > i).
+The outer list holds everything closer than r_i + r_j + skin, every pair once, in the row of one of its grains.
 Contact history belongs to its entries and is carried over when the list is rebuilt. Every few steps the entries that could
 touch before the next pruning are copied into the blocks that the contact stage reads, history and pair constants with them.
 """
@@ -113,9 +113,10 @@ def nearest_image(dx, period, frequency):
 
 @strict_jit
 def find_pairs(grains, period, skin, row, partner):
-    """Fill the half list of pairs closer than r_i + r_j + skin; returns how many, or -1 when `partner` may be too short.
+    """Find every pair closer than r_i + r_j + skin, once; returns how many, or -1 when `partner` may be too short.
 
-    row : (n + 1,) int64, partner : (capacity,) int32, both overwritten.
+    A pair belongs to the row of the grain that comes first in cell order, so cells behind a grain need no look.
+    row : (n, 2) int64, begin and end of each grain's row; partner : (capacity,) int32; both overwritten.
     """
     n = grains.shape[0] // GRAIN
     largest = 0.0
@@ -123,16 +124,17 @@ def find_pairs(grains, period, skin, row, partner):
         largest = max(largest, grains[GRAIN * i + RADIUS])
     cell = 2.0 * largest + skin
     low, shape, start, order = sort_into_cells(grains, period, cell)
-    sorted_grains = np.empty((n, 5))
+    in_order = np.empty((n, 5))
     for k in range(n):
         o = GRAIN * order[k]
-        sorted_grains[k, 0], sorted_grains[k, 1], sorted_grains[k, 2] = grains[o], grains[o + 1], grains[o + 2]
-        sorted_grains[k, 3], sorted_grains[k, 4] = grains[o + RADIUS], grains[o + INVERSE_MASS]
+        in_order[k, 0], in_order[k, 1], in_order[k, 2] = grains[o], grains[o + 1], grains[o + 2]
+        in_order[k, 3], in_order[k, 4] = grains[o + RADIUS], grains[o + INVERSE_MASS]
+    periodic = period[0] > 0.0 or period[1] > 0.0 or period[2] > 0.0
     frequency = frequencies(period)
     m = 0
-    for i in range(n):
-        row[i] = m
-        o = GRAIN * i
+    for rank in range(n):
+        i = order[rank]
+        row[i, 0] = m
         centre_x = cell_index(grains, i, 0, low, shape, period, cell)
         centre_y = cell_index(grains, i, 1, low, shape, period, cell)
         centre_z = cell_index(grains, i, 2, low, shape, period, cell)
@@ -143,40 +145,57 @@ def find_pairs(grains, period, skin, row, partner):
                 if cx < 0 or cy < 0:
                     continue
                 column = (cx * shape[1] + cy) * shape[2]
-                if period[2] > 0.0:
-                    for dz in range(-1, 2):
-                        cz = neighbour_cell(centre_z, dz, shape[2], period[2])
-                        if cz >= 0:
-                            m = scan(grains, o, i, sorted_grains, order, start[column + cz], start[column + cz + 1], skin, period, frequency, partner, m)
-                else:
-                    first = start[column + max(centre_z - 1, 0)]
-                    last = start[column + min(centre_z + 1, shape[2] - 1) + 1]
-                    m = scan(grains, o, i, sorted_grains, order, first, last, skin, period, frequency, partner, m)
-                if m < 0:
-                    return -1
-    row[n] = m
+                for dz in range(-1, 2 if period[2] > 0.0 else 0):  # without period in z the three cells are one stretch
+                    cz = neighbour_cell(centre_z, dz, shape[2], period[2])
+                    bottom, top = cz, cz
+                    if period[2] == 0.0:
+                        bottom, top = max(centre_z - 1, 0), min(centre_z + 1, shape[2] - 1)
+                    if bottom < 0:
+                        continue
+                    first, last = max(start[column + bottom], rank + 1), start[column + top + 1]
+                    if first >= last:
+                        continue
+                    if m + last - first > partner.shape[0]:
+                        return -1
+                    if periodic:
+                        m = scan_periodic(in_order, order, rank, first, last, skin, period, frequency, partner, m)
+                    else:
+                        m = scan(in_order, order, rank, first, last, skin, partner, m)
+        row[i, 1] = m
     return m
 
 
 @jit
-def scan(grains, o, i, sorted_grains, order, first, last, skin, period, frequency, partner, m):
-    """Append the neighbours j > i of grain i among sorted grains first..last; returns the new length, or -1 without room.
+def keep(in_order, order, rank, k, x, y, z, skin, partner, m):
+    """Append the grain of rank k if it is near enough and not fixed together with the first; returns the new length.
 
-    Every candidate is written and only kept by advancing m: no branch to mispredict. Two grains that walls carry do not count.
+    It is written in any case and only kept by advancing m: no branch to mispredict.
     """
-    if m < 0 or m + last - first > partner.shape[0]:
-        return -1
-    carried = grains[o + INVERSE_MASS] == 0.0
-    reach = grains[o + RADIUS] + skin
+    far = in_order[rank, 3] + in_order[k, 3] + skin
+    near = x * x + y * y + z * z < far * far
+    partner[m] = order[k]
+    return m + int(near & (in_order[rank, 4] + in_order[k, 4] > 0.0))
+
+
+@jit
+def scan(in_order, order, rank, first, last, skin, partner, m):
+    """Append the neighbours of one grain among the ranks from first to last; returns the new length."""
     for k in range(first, last):
-        j = order[k]
-        x = nearest_image(grains[o] - sorted_grains[k, 0], period[0], frequency[0])
-        y = nearest_image(grains[o + 1] - sorted_grains[k, 1], period[1], frequency[1])
-        z = nearest_image(grains[o + 2] - sorted_grains[k, 2], period[2], frequency[2])
-        far = reach + sorted_grains[k, 3]
-        near = x * x + y * y + z * z < far * far
-        partner[m] = j
-        m += int(near & (j > i) & (not (carried & (sorted_grains[k, 4] == 0.0))))
+        x = in_order[rank, 0] - in_order[k, 0]
+        y = in_order[rank, 1] - in_order[k, 1]
+        z = in_order[rank, 2] - in_order[k, 2]
+        m = keep(in_order, order, rank, k, x, y, z, skin, partner, m)
+    return m
+
+
+@jit
+def scan_periodic(in_order, order, rank, first, last, skin, period, frequency, partner, m):
+    """As `scan`, to the nearest periodic images."""
+    for k in range(first, last):
+        x = nearest_image(in_order[rank, 0] - in_order[k, 0], period[0], frequency[0])
+        y = nearest_image(in_order[rank, 1] - in_order[k, 1], period[1], frequency[1])
+        z = nearest_image(in_order[rank, 2] - in_order[k, 2], period[2], frequency[2])
+        m = keep(in_order, order, rank, k, x, y, z, skin, partner, m)
     return m
 
 
@@ -199,7 +218,8 @@ def find_wall_pairs(grains, walls, skin, row, partner):
     n = grains.shape[0] // GRAIN
     m = 0
     for i in range(n):
-        row[i] = m
+        row[i, 0] = m
+        row[i, 1] = m
         if grains[GRAIN * i + INVERSE_MASS] == 0.0:
             continue
         reach = grains[GRAIN * i + RADIUS] + skin
@@ -210,22 +230,35 @@ def find_wall_pairs(grains, walls, skin, row, partner):
                     return -1
                 partner[m] = w
                 m += 1
-    row[n] = m
+        row[i, 1] = m
     return m
 
 
 @strict_jit
-def carry_history(old_row, old_partner, old_history, row, partner, history):
-    """Copy the history of every entry that was in the old list; new entries start at zero."""
-    for i in range(row.shape[0] - 1):
-        for k in range(row[i], row[i + 1]):
+def carry_history(old, new, in_pairs):
+    """Copy the history of every entry that was in the old list; new entries start at zero.
+
+    A pair may have changed hands: the history of (j, i) is that of (i, j) with the sign turned. Walls (in_pairs False) cannot.
+    """
+    for i in range(new.row.shape[0]):
+        for k in range(new.row[i, 0], new.row[i, 1]):
+            j = new.partner[k]
             for t in range(N_HISTORY):
-                history[k, t] = 0.0
-            for q in range(old_row[i], old_row[i + 1]):
-                if old_partner[q] == partner[k]:
-                    for t in range(N_HISTORY):
-                        history[k, t] = old_history[q, t]
-                    break
+                new.history[k, t] = 0.0
+            found = copy_entry(old, i, j, new, k, 1)
+            if in_pairs and not found:
+                copy_entry(old, j, i, new, k, -1)
+
+
+@strict_jit
+def copy_entry(old, i, j, new, k, sign):
+    """Copy the history of entry (i, j) of the old list, times sign, to entry k of the new; says whether there was one."""
+    for q in range(old.row[i, 0], old.row[i, 1]):
+        if old.partner[q] == j:
+            for t in range(N_HISTORY):
+                new.history[k, t] = sign * old.history[q, t]
+            return True
+    return False
 
 
 @jit
@@ -244,7 +277,7 @@ def prune_pairs(grains, period, outer, reach, contacts, pair_table, n_materials,
     for i in range(n):
         o = GRAIN * i
         x, y, z, r = grains[o], grains[o + 1], grains[o + 2], grains[o + RADIUS] + reach
-        for k in range(outer.row[i], outer.row[i + 1]):
+        for k in range(outer.row[i, 0], outer.row[i, 1]):
             j = outer.partner[k]
             p = GRAIN * j
             dx = nearest_image(x - grains[p], period[0], frequency[0])
@@ -282,7 +315,7 @@ def prune_walls(grains, walls, outer, reach, contacts, pair_table, n_materials, 
     m = 0
     for i in range(n):
         near = grains[GRAIN * i + RADIUS] + reach
-        for k in range(outer.row[i], outer.row[i + 1]):
+        for k in range(outer.row[i, 0], outer.row[i, 1]):
             w = outer.partner[k]
             x, y, z = wall_separation(grains, GRAIN * i, walls, w)
             if x * x + y * y + z * z < near * near:

@@ -17,7 +17,9 @@ from dem.timestep import stable_time_step
 from dem.walls import Wall, from_arrays, to_arrays
 
 #: Neighbour skin in mean grain radii: rebuilding costs as much as pruning near this value.
-SKIN_RATIO = 0.4
+SKIN_RATIO = 0.55
+#: In a narrow periodic domain the skin is smaller, so that no grain sees two images of another.
+LEAST_SKIN_RATIO = 0.2
 
 #: A grain that crosses more than this fraction of its radius in one step has been thrown out by an unstable contact.
 LARGEST_STEP_RATIO = 0.2
@@ -172,7 +174,9 @@ class Simulation:
             positions, radii = factory.make()
             self.add_grains(positions, radii, factory.material, factory.velocity_m_s)
 
-    def add_grains(self, positions_m, radii_m, material: str, velocities_m_s=(0.0, 0.0, 0.0), angular_velocities_rad_s=(0.0, 0.0, 0.0)):
+    def add_grains(
+        self, positions_m, radii_m, material: str, velocities_m_s=(0.0, 0.0, 0.0), angular_velocities_rad_s=(0.0, 0.0, 0.0)
+    ):
         """Add n grains at rest or moving.
 
         Parameters
@@ -236,7 +240,7 @@ class Simulation:
 
     def _new_lists(self, n, capacity):
         lists = [
-            loop.OuterList(np.zeros(n + 1, np.int64), np.zeros(capacity, np.int32), np.zeros((capacity, N_HISTORY), self._type))
+            loop.OuterList(np.zeros((n, 2), np.int64), np.zeros(capacity, np.int32), np.zeros((capacity, N_HISTORY), self._type))
             for _ in range(2)
         ]
         n_blocks = capacity // BLOCK + 1
@@ -248,11 +252,11 @@ class Simulation:
         if reason == loop.PAIRS_FULL:
             old, capacity = self._pairs, int(1.5 * len(self._pairs.partner)) + 64
             self._pairs, self._spare, self._contacts = self._new_lists(self.n_grains, capacity)
-            copy_list(old, self._pairs)
+            loop.copy_list(old, self._pairs)
         else:
             old, capacity = self._wall_pairs, int(1.5 * len(self._wall_pairs.partner)) + 64
             self._wall_pairs, self._wall_spare, self._wall_contacts = self._new_lists(self.n_grains, capacity)
-            copy_list(old, self._wall_pairs)
+            loop.copy_list(old, self._wall_pairs)
 
     def _restructure(self, keep, new_records, new_material):
         """Drop grains, append others, and keep the contact history of all that stay."""
@@ -311,14 +315,24 @@ class Simulation:
 
     @property
     def _skin(self) -> float:
-        return SKIN_RATIO * float(self._records[:, RADIUS].mean()) if self.n_grains else SKIN_RATIO * self.smallest_radius_m
+        radii = self._records[:, RADIUS]
+        if not self.n_grains:
+            return SKIN_RATIO * self.smallest_radius_m
+        periods = self._period[self._period > 0]
+        widest = 0.49 * periods.min() - 2.0 * radii.max() if len(periods) else math.inf
+        return float(np.clip(widest, LEAST_SKIN_RATIO * radii.mean(), SKIN_RATIO * radii.mean()))
 
     def _check_ready(self):
         names = list(self.materials)
         used = {(int(a), int(b)) for a in np.unique(self._material) for b in (*np.unique(self._material), *self._walls.material)}
         for a, b in used:
             missing = np.isnan(self._pair_table[a * len(names) + b, 0])
-            require(not missing, f"interaction of {names[a]!r} with {names[b]!r}", "missing", "an Interaction for every pair that can meet")
+            require(
+                not missing,
+                f"interaction of {names[a]!r} with {names[b]!r}",
+                "missing",
+                "an Interaction for every pair that can meet",
+            )
         if self.n_grains:
             reach = 2.0 * (2.0 * self._records[:, RADIUS].max() + self._skin)
             for axis, period in zip("xyz", self._period, strict=True):
@@ -404,10 +418,10 @@ class Simulation:
 
     def largest_overlap_ratio(self) -> float:
         """Largest overlap of two grains over the smaller radius, now."""
-        row, partner = self._pairs.row, self._pairs.partner[: self._pairs.row[-1]]
-        if not len(partner):
+        i, entry = owners_and_entries(self._pairs)
+        if not len(entry):
             return 0.0
-        i, j = np.repeat(np.arange(self.n_grains), np.diff(row)), partner
+        j = self._pairs.partner[entry]
         record = self._records
         apart = record[i, 0:3] - record[j, 0:3]
         periodic = self._period > 0
@@ -416,24 +430,26 @@ class Simulation:
         return float(max(0.0, (overlap / np.minimum(record[i, RADIUS], record[j, RADIUS])).max()))
 
     def __repr__(self):
-        return f"Simulation(t = {self.time_s:.4g} s, {self.n_grains} grains, walls {self.wall_names}, step {self.time_step_s:.3g} s)"
+        return (
+            f"Simulation(t = {self.time_s:.4g} s, {self.n_grains} grains, walls {self.wall_names}, step {self.time_step_s:.3g} s)"
+        )
 
 
-def copy_list(old, new):
-    """Copy an outer list into a longer one."""
-    m = old.row[-1]
-    new.row[:] = old.row
-    new.partner[:m] = old.partner[:m]
-    new.history[:m] = old.history[:m]
+def owners_and_entries(outer):
+    """Owner and position of every entry of an outer list, row by row."""
+    lengths = outer.row[:, 1] - outer.row[:, 0]
+    owner = np.repeat(np.arange(len(lengths)), lengths)
+    entry = np.arange(len(owner)) - np.repeat(np.cumsum(lengths) - lengths, lengths) + np.repeat(outer.row[:, 0], lengths)
+    return owner, entry
 
 
 def renumber_list(outer, keep, partner_map, n_new):
     """Rows, partners and history of an outer list after grains were dropped and n_new appended (partner_map None: walls)."""
-    n_rows = outer.row[-1]
-    owner = np.repeat(np.arange(len(keep)), np.diff(outer.row))
-    partner, history = outer.partner[:n_rows], outer.history[:n_rows]
+    owner, entry = owners_and_entries(outer)
+    partner, history = outer.partner[entry], outer.history[entry]
     stays = keep[owner] if partner_map is None else keep[owner] & keep[partner]
     counts = np.bincount(owner[stays], minlength=len(keep))[keep] if len(keep) else np.zeros(0, int)
-    row = np.concatenate([[0], np.cumsum(np.concatenate([counts, np.zeros(n_new, int)]))])
+    ends = np.cumsum(np.concatenate([counts, np.zeros(n_new, int)]))
+    row = np.column_stack([ends - np.concatenate([counts, np.zeros(n_new, int)]), ends])
     kept_partner = partner[stays] if partner_map is None else partner_map[partner[stays]]
     return row, kept_partner, history[stays]

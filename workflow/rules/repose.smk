@@ -23,9 +23,15 @@ rule simulate_repose:
 
 rule measure_repose:
     input:
-        runs=expand(f"{RESULTS}/sims/repose/{{simulation}}/run.parquet", simulation=REPOSE),
-        grains=expand(f"{RESULTS}/sims/repose/{{simulation}}/grains.parquet", simulation=REPOSE),
-        timings=expand(f"{RESULTS}/sims/repose/{{simulation}}/timing.json", simulation=REPOSE),
+        runs=expand(
+            f"{RESULTS}/sims/repose/{{simulation}}/run.parquet", simulation=REPOSE
+        ),
+        grains=expand(
+            f"{RESULTS}/sims/repose/{{simulation}}/grains.parquet", simulation=REPOSE
+        ),
+        timings=expand(
+            f"{RESULTS}/sims/repose/{{simulation}}/timing.json", simulation=REPOSE
+        ),
         design=f"{RESULTS}/design.parquet",
     output:
         table=f"{RESULTS}/repose.parquet",

@@ -24,9 +24,15 @@ rule simulate_shear:
 
 rule measure_shear:
     input:
-        runs=expand(f"{RESULTS}/sims/shear/{{simulation}}/run.parquet", simulation=SHEAR),
-        histories=expand(f"{RESULTS}/sims/shear/{{simulation}}/history.parquet", simulation=SHEAR),
-        timings=expand(f"{RESULTS}/sims/shear/{{simulation}}/timing.json", simulation=SHEAR),
+        runs=expand(
+            f"{RESULTS}/sims/shear/{{simulation}}/run.parquet", simulation=SHEAR
+        ),
+        histories=expand(
+            f"{RESULTS}/sims/shear/{{simulation}}/history.parquet", simulation=SHEAR
+        ),
+        timings=expand(
+            f"{RESULTS}/sims/shear/{{simulation}}/timing.json", simulation=SHEAR
+        ),
         design=f"{RESULTS}/design.parquet",
     output:
         table=f"{RESULTS}/shear.parquet",

@@ -5,8 +5,8 @@ import time
 import traceback
 
 import pandas as pd
-from _provenance import versions
 
+from _provenance import versions
 from dem import SimulationError
 from dem.experiments.soil import Engine, Soil
 

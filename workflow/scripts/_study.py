@@ -13,6 +13,26 @@ from calibration.design import expand
 
 ROOT = Path(__file__).resolve().parents[2]
 
+#: What each experiment's setup takes over from its part of the configuration.
+PROTOCOL = {
+    "repose": (
+        "n_particles",
+        "tube_diameter_ratio",
+        "plate_half_width_ratio",
+        "wall_static_friction",
+        "wall_rolling_friction",
+        "max_time_s",
+    ),
+    "shear": (
+        "length_ratio",
+        "height_ratio",
+        "width_ratio",
+        "displacement_ratio",
+        "frame_static_friction",
+        "preparation_friction_ratio",
+    ),
+}
+
 
 def check_config(config: dict) -> None:
     """Refuse a configuration that does not obey config/schema.yaml; the message names key, value and what is allowed."""
@@ -52,10 +72,7 @@ def simulations(config: dict) -> dict[str, dict]:
 def experiment_settings(config: dict, row: dict) -> dict:
     """What a simulation depends on beside its design row: protocol, engine and fidelity (purposes do not count)."""
     experiment, fidelity = row["experiment"], config["fidelity"][row["fidelity"]]
-    protocol = {
-        "repose": ("n_particles", "tube_diameter_ratio", "plate_half_width_ratio", "wall_static_friction", "wall_rolling_friction", "max_time_s"),
-        "shear": ("length_ratio", "height_ratio", "width_ratio", "displacement_ratio", "frame_static_friction", "preparation_friction_ratio"),
-    }[experiment]  # fmt: skip
+    protocol = PROTOCOL[experiment]
     settings = {key: config[experiment][key] for key in protocol}
     scaled = config["design"]["geometry"] == "scaled"
     settings["scale_radius_m"] = row["radius_m"] if scaled else config["material"]["radius_m"]

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pandas as pd
+
 from _log import log_to
 from _tables import read_table, write_table
-
 from calibration import calibrate, from_json, published
 
 #: The paper's surrogates know these variables and no others.

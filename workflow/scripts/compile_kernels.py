@@ -1,7 +1,6 @@
 """Adapt rule `compile_kernels`: run both experiments for a moment, so that every kernel they need is in the cache."""
 
 from _log import log_to
-
 from dem import Simulation, jit
 from dem.experiments import angle_of_repose, direct_shear
 from dem.experiments.soil import Engine, Soil

@@ -1,6 +1,7 @@
 """Adapt rule `design`: write the design that the Snakefile expanded."""
 
 import pandas as pd
+
 from _log import log_to
 from _tables import write_table
 

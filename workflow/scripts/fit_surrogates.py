@@ -4,7 +4,6 @@ from pathlib import Path
 
 from _log import log_to
 from _tables import read_table, write_table
-
 from calibration import fit_all, to_json
 
 if __name__ == "__main__":

@@ -3,9 +3,9 @@
 import json
 
 import pandas as pd
+
 from _log import log_to
 from _tables import read_table, write_table
-
 from dem.measure.heap import measure_heap
 
 NOTHING = {"angle_profile_deg": None, "angle_silhouette_deg": None, "angle_azimuth_sd_deg": None, "heap_height_m": None}

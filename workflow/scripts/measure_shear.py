@@ -4,9 +4,9 @@ import json
 import math
 
 import pandas as pd
+
 from _log import log_to
 from _tables import read_table, write_table
-
 from dem.measure.shear import strength
 
 #: The plateau is the mean over this last fraction of the displacement.

@@ -1,9 +1,9 @@
 """Adapt rule `measure_soils` to `calibration.measure_soil`."""
 
 import pandas as pd
+
 from _log import log_to
 from _tables import write_table
-
 from calibration import measure_soil
 
 if __name__ == "__main__":

@@ -3,10 +3,10 @@
 import math
 
 import pandas as pd
+
 from _log import log_to
 from _simulate import Progress, empty_grains, engine_of, grain_table, provenance, recorded, soil_of, write_timing
 from _tables import write_table
-
 from dem.experiments import angle_of_repose
 
 

@@ -3,14 +3,22 @@
 import math
 
 import pandas as pd
+
 from _log import log_to
 from _simulate import Progress, empty_grains, engine_of, grain_table, provenance, recorded, soil_of, write_timing
 from _tables import write_table
-
 from dem.experiments import direct_shear
 
 RUN_KEYS = ("n_particles", "n_steps", "simulated_time_s", "solid_fraction", "lid_slip_ratio", "max_overlap_ratio")
-HISTORY = ("time_s", "displacement_m", "shear_force_n", "shear_stress_pa", "applied_normal_stress_pa", "plane_normal_stress_pa", "lid_height_m")  # fmt: skip
+HISTORY = (
+    "time_s",
+    "displacement_m",
+    "shear_force_n",
+    "shear_stress_pa",
+    "applied_normal_stress_pa",
+    "plane_normal_stress_pa",
+    "lid_height_m",
+)
 
 
 def main(row, settings, engine, output):

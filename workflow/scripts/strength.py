@@ -2,7 +2,6 @@
 
 from _log import log_to
 from _tables import read_table, write_table
-
 from calibration import strength_table
 
 if __name__ == "__main__":

@@ -186,9 +186,7 @@ def _flank_of(positions, radii, curves_of):
 def _checked(positions, radii):
     positions, radii = np.asarray(positions, dtype=float), np.asarray(radii, dtype=float)
     if radii.ndim != 1 or positions.shape != (radii.size, 3):
-        raise HeapError(
-            f"positions has shape {positions.shape} and radii {radii.shape}; (n, 3) and (n,) with one n are allowed"
-        )
+        raise HeapError(f"positions has shape {positions.shape} and radii {radii.shape}; (n, 3) and (n,) with one n are allowed")
     if not np.isfinite(positions).all():
         raise HeapError(f"positions of grain {np.argmin(np.isfinite(positions).all(axis=1))} are not finite numbers")
     good = np.isfinite(radii) & (radii > 0.0)

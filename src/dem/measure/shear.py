@@ -109,9 +109,7 @@ def _plateau(displacement, plateau_window):
     plateau = displacement >= end - plateau_window * (end - start)
     n_samples = plateau.sum()
     if n_samples < MIN_PLATEAU_SAMPLES:
-        raise HistoryError(
-            f"plateau_window {plateau_window} holds {n_samples} samples; at least {MIN_PLATEAU_SAMPLES} are needed"
-        )
+        raise HistoryError(f"plateau_window {plateau_window} holds {n_samples} samples; at least {MIN_PLATEAU_SAMPLES} are needed")
     return plateau
 
 
