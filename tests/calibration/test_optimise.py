@@ -1,0 +1,103 @@
+"""Gauss-Newton and the optimum, on the published surrogates and on planted problems."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from calibration import CalibrationError, calibrate, gauss_newton, paper, published
+from calibration.optimise import calibrate_case, objectives, targets_of
+
+VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
+EQUAL = np.full(4, 0.25)
+OPTIONS = {"tolerance": 1e-3, "max_iterations": 200, "n_starts": 8}
+SAND = {"cohesion": 24.0, "friction_angle": 26.6, "angle_of_repose": 30.0}
+PROPERTY = {"cohesion_pa": "cohesion", "friction_angle_deg": "friction_angle", "angle_of_repose_deg": "angle_of_repose"}
+
+
+def soil_table():
+    rows = [
+        {"soil": soil, "property": PROPERTY[key], "value": value}
+        for soil, properties in paper.SOILS.items()
+        for key, value in properties.items()
+    ]
+    return pd.DataFrame(rows)
+
+
+def test_gauss_newton_solves_a_linear_problem_in_one_step():
+    A = np.array([[1.0, 2.0], [3.0, 1.0], [0.5, -1.0]])
+    descent = gauss_newton(lambda x: A @ x - [3.0, 4.0, -0.5], np.zeros(2), np.ones(3), 1e-6, 10)
+    assert descent.converged
+    assert descent.x == pytest.approx([1.0, 1.0])
+    assert descent.iterations == 2  # the second step finds that nothing is left to do
+
+
+def test_gauss_newton_minimises_the_weighted_cost():
+    descent = gauss_newton(lambda x: np.array([x[0] - 1.0, x[0] - 3.0]), np.zeros(1), np.array([3.0, 1.0]), 1e-9, 10)
+    assert descent.x == pytest.approx([1.5])
+    assert descent.cost == pytest.approx(0.5 * (3 * 0.25 + 2.25))
+
+
+@pytest.mark.parametrize("start", [(70.85, 0.609, 0.0811), (70.0, 0.6, 0.08), (100.0, 1.0, 0.1)])
+def test_the_papers_sand_optimum_comes_back_from_its_own_surrogates(start):
+    descent = gauss_newton(objectives(published(), SAND, VARIABLES), np.array(start), EQUAL, 1e-3, 500)
+    assert descent.converged
+    assert descent.x == pytest.approx([70.69, 0.6128, 0.0816], rel=1e-3)
+
+
+def test_a_run_that_goes_astray_says_so():
+    descent = gauss_newton(lambda x: np.array([np.exp(-x[0])]), np.zeros(1), np.ones(1), 1e-6, 20)
+    assert not descent.converged
+    assert "not converged after 20 iterations" in descent.reason
+
+
+def test_objectives_are_relative_errors_and_prefer_large_grains():
+    phi = objectives(published(), SAND, VARIABLES)
+    x = np.array([70.0, 0.6, 0.08])
+    values = dict(zip(VARIABLES, (70e-6, 0.6, 0.08), strict=True))
+    assert phi(x)[0] == pytest.approx(published()["angle_of_repose"].predict(values) / 30.0 - 1)
+    assert phi(x)[1] == pytest.approx(published()["cohesion"].predict(values) / 24.0 - 1)
+    assert phi(x)[3] == pytest.approx(10 * (np.pi / 2 - np.arctan(65.0)))
+
+
+def test_every_case_has_a_minimum_at_least_as_cheap_as_the_one_the_paper_prints():
+    weights = {"sand": [0.25] * 4, "regolith": [0.25] * 4, "regolith_low_repose_weight": [1 / 31, 10 / 31, 10 / 31, 10 / 31]}
+    cases = [
+        {"case": case, "soil": "silica_barco_sand" if case == "sand" else "lunar_regolith", "weights": w} for case, w in weights.items()
+    ]
+    table, history = calibrate(published(), soil_table(), {**OPTIONS, "cases": cases}, VARIABLES, "published")
+    for _, row in table.iterrows():
+        printed = paper.OPTIMA[row["case"]]
+        x = np.array([printed["radius_m"] * 1e6, printed["static_friction"], printed["rolling_friction"]])
+        phi = objectives(published(), targets_of(soil_table(), row["soil"]), VARIABLES)(x)
+        assert row["cost"] < 0.5 * np.array(weights[row["case"]]) @ phi**2
+        assert row["inside_design"]
+        assert 25e-6 <= row["radius_m"] <= 500e-6
+    assert set(history["case"]) == set(weights)
+
+
+def test_a_reachable_soil_is_found_exactly():
+    truth = {"radius_m": 400e-6, "static_friction": 0.5, "rolling_friction": 0.15}
+    targets = {name: float(s.predict(truth)) for name, s in published().items()}
+    row, _ = calibrate_case(published(), targets, [0.25, 0.25, 0.25, 1e-9], OPTIONS, VARIABLES)
+    for name, surrogate in published().items():
+        assert float(surrogate.predict(row)) == pytest.approx(targets[name], rel=1e-3)
+
+
+def test_without_a_radius_among_the_variables_there_is_no_fourth_objective():
+    assert len(objectives(published(), SAND, VARIABLES)(np.ones(3))) == 4
+    surrogates = published()
+    flat = {name: type(s)(**{**vars(s), "g": {}}) for name, s in surrogates.items()}
+    assert len(objectives(flat, SAND, VARIABLES[1:])(np.ones(2))) == 3
+
+
+@pytest.mark.parametrize("weights", [[0.25] * 3, [0.0, 0.3, 0.3, 0.4], [-1, 1, 1, 1]])
+def test_weights_must_be_four_positive_numbers(weights):
+    with pytest.raises(CalibrationError, match="weights is"):
+        calibrate_case(published(), SAND, weights, OPTIONS, VARIABLES)
+
+
+def test_a_zero_target_is_refused_because_errors_are_relative():
+    soils = soil_table()
+    soils.loc[0, "value"] = 0.0
+    with pytest.raises(CalibrationError, match="target cohesion of silica_barco_sand is 0.0"):
+        targets_of(soils, "silica_barco_sand")

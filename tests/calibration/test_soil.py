@@ -1,0 +1,69 @@
+"""Step 1: soils from values and from laboratory files."""
+
+import numpy as np
+import pytest
+
+from calibration import CalibrationError, measure_soil
+
+VALUES = """
+cohesion_pa: {value: 24.0, source: book}
+friction_angle_deg: {value: 26.6, source: book, standard_uncertainty: 1.5}
+angle_of_repose_deg: {value: 30.0, source: book}
+"""
+
+
+def write(folder, text, name="sand.yaml"):
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def test_values_are_taken_over_with_their_source(tmp_path):
+    table = measure_soil(write(tmp_path, VALUES)).set_index("property")
+    assert table.loc["friction_angle", ["value", "standard_uncertainty", "unit", "source", "soil"]].tolist() == [
+        26.6, 1.5, "deg", "book", "sand",
+    ]  # fmt: skip
+    assert np.isnan(table.loc["cohesion", "standard_uncertainty"])
+
+
+@pytest.mark.parametrize(("strength", "slope"), [("peak", 0.7), ("plateau", 0.6)])
+def test_laboratory_shear_tests_and_heaps_give_values_with_errors(tmp_path, strength, slope):
+    rows = ["test,normal_stress_pa,displacement_m,force_n"]
+    for k, p in enumerate((10e3, 20e3, 40e3, 80e3)):
+        for step in range(11):
+            peak = 0.7 if step == 4 else min(0.15 * step, 0.6)
+            rows.append(f"{k},{p},{step * 1e-4},{(50 + peak * p) * 0.0036}")
+    write(tmp_path, "\n".join(rows), "shear.csv")
+    write(tmp_path, "angle_of_repose_deg\n29.0\n31.0\n30.0\n", "heaps.csv")
+    text = f"""
+direct_shear_csv: {{file: shear.csv, shear_area_m2: 0.0036, strength: {strength}}}
+repose_csv: {{file: heaps.csv}}
+"""
+    table = measure_soil(write(tmp_path, text)).set_index("property")
+    assert table.loc["cohesion", "value"] == pytest.approx(50.0)
+    assert np.tan(np.radians(table.loc["friction_angle", "value"])) == pytest.approx(slope)
+    assert table.loc["angle_of_repose", ["value", "standard_uncertainty"]].tolist() == pytest.approx([30.0, 1 / np.sqrt(3)])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (VALUES.replace("24.0", "-1.0"), "cohesion_pa is -1.0; allowed: zero or more"),
+        (VALUES.replace("26.6", "95.0"), "friction_angle_deg is 95.0; allowed: above 0 and below 90 deg"),
+        (VALUES.replace("30.0", "thirty"), "angle_of_repose_deg.value is 'thirty'; allowed: a number"),
+        (VALUES.replace(", source: book}", "}", 1), "cohesion_pa.source is missing"),
+        (VALUES + "colour: grey\n", r"keys \['colour'\] is unknown"),
+        (VALUES.replace("cohesion_pa", "# cohesion_pa"), "cohesion_pa is given 0 times"),
+        ("direct_shear_csv: {file: ../outside.csv, shear_area_m2: 1}", "file is ../outside.csv; allowed: a file beside"),
+    ],
+)
+def test_an_impossible_soil_is_refused_with_key_value_and_what_is_allowed(tmp_path, text, message):
+    with pytest.raises(CalibrationError, match=message):
+        measure_soil(write(tmp_path, text))
+
+
+def test_a_bad_number_in_a_laboratory_file_is_named_with_its_row(tmp_path):
+    write(tmp_path, "angle_of_repose_deg\n29.0\n31;0\n", "heaps.csv")
+    text = VALUES.replace("angle_of_repose_deg:", "# ") + "repose_csv: {file: heaps.csv}\n"
+    with pytest.raises(CalibrationError, match=r"heaps.csv: column angle_of_repose_deg holds '31;0' in row 2"):
+        measure_soil(write(tmp_path, text))

@@ -1,0 +1,87 @@
+"""Screening, acceleration and reachability tables from small made-up campaigns."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from calibration import CalibrationError, acceleration_table, reachability_table, screening_table
+
+MATERIAL = {"static_friction": 0.3, "density_kg_m3": 3000.0}
+SCREENING = {"base_seeds": [1, 2, 3], "changed_seeds": [1, 2], "changes": {"static_friction": 0.5, "density_kg_m3": 4000.0}}
+
+
+def heaps(**columns):
+    rows = {
+        "fidelity": "campaign", "status": "static", "point_id": "base", "rolling_friction": 0.1, "wall_time_s": 2.0,
+        "static_friction": 0.3, "density_kg_m3": 3000.0, **columns,
+    }  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def campaign():
+    return pd.concat(
+        [
+            heaps(seed=[1, 2, 3, 4], angle_of_repose_deg=[27.0, 28.0, 26.0, 90.0]),
+            heaps(seed=[1, 2], static_friction=0.5, angle_of_repose_deg=[31.0, 32.0]),
+            heaps(seed=[1, 2], density_kg_m3=4000.0, angle_of_repose_deg=[27.0, np.nan]),
+        ]
+    )
+
+
+def test_screening_compares_one_change_at_a_time_with_the_base_set():
+    table = screening_table(campaign(), MATERIAL, SCREENING).set_index("parameter")
+    assert table.loc["base", ["angle_of_repose_deg", "sd_deg", "n_runs"]].tolist() == [27.0, 1.0, 3]
+    friction = table.loc["static_friction"]
+    assert friction["difference_deg"] == pytest.approx(4.5)
+    assert friction["sensitivity_percent"] == pytest.approx(100 * (4.5 / 27) / (0.2 / 0.3))
+    pooled = np.sqrt((2.0 + 0.5) / (2 + 1))
+    assert friction["difference_se_deg"] == pytest.approx(pooled * np.sqrt(1 / 3 + 1 / 2))
+    assert friction["exceeds_noise"]
+    assert friction["paper_sensitivity_percent"] == 21.9
+
+
+def test_a_change_inside_the_noise_is_called_so_and_failed_runs_do_not_count():
+    density = screening_table(campaign(), MATERIAL, SCREENING).set_index("parameter").loc["density_kg_m3"]
+    assert density["n_runs"] == 1
+    assert not density["exceeds_noise"]
+
+
+def test_screening_without_a_base_run_is_refused():
+    with pytest.raises(CalibrationError, match="base runs of the screening"):
+        screening_table(heaps(seed=[9], angle_of_repose_deg=[27.0]), MATERIAL, SCREENING)
+
+
+def test_acceleration_reports_bias_beside_the_seeds_scatter():
+    repose = pd.concat(
+        [
+            heaps(seed=[1, 2], angle_of_repose_deg=[27.0, 28.0]),
+            heaps(seed=[1, 2], fidelity="reference", angle_of_repose_deg=[25.0, 26.0], wall_time_s=50.0),
+            heaps(seed=[1], point_id="other", angle_of_repose_deg=[40.0]),
+        ]
+    )
+    shear = heaps(seed=[1], normal_stress_pa=1.0, plateau_shear_stress_pa=1.0, plane_normal_stress_pa=2.0)
+    table = acceleration_table(repose, shear)
+    assert len(table) == 1
+    row = table.iloc[0]
+    assert row["bias"] == pytest.approx(2.0)
+    assert row["bias_se"] == pytest.approx(np.sqrt(0.5))
+    assert row["exceeds_noise"]
+    assert (row["campaign_wall_time_s"], row["reference_wall_time_s"]) == (2.0, 50.0)
+
+
+def test_a_study_without_check_points_has_an_empty_acceleration_table():
+    shear = heaps(seed=[1], normal_stress_pa=1.0, plateau_shear_stress_pa=1.0, plane_normal_stress_pa=2.0)
+    table = acceleration_table(heaps(seed=[1], angle_of_repose_deg=[40.0]), shear)
+    assert table.empty
+    assert "bias" in table
+
+
+def test_an_unreachable_target_is_named_with_the_nearest_value_that_is_not():
+    strength = heaps(cohesion_pa=[0.0, 10.0], friction_angle_deg=[20.0, 45.0])
+    soils = pd.DataFrame(
+        [("moon", "angle_of_repose", 65.0), ("moon", "friction_angle", 40.0), ("moon", "cohesion", 300.0)],
+        columns=["soil", "property", "value"],
+    )
+    table = reachability_table(heaps(angle_of_repose_deg=[0.0, 52.0]), strength, soils).set_index("response")
+    assert table["reachable"].to_dict() == {"angle_of_repose": False, "friction_angle": True, "cohesion": False}
+    assert table.loc["angle_of_repose", "nearest_reachable"] == 52.0

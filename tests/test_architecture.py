@@ -1,0 +1,39 @@
+"""The import rule: workflow knows calibration and dem; these two do not know each other; only dem knows numba."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+SRC = Path(__file__).parents[1] / "src"
+
+
+def imported(path):
+    """Top-level names of everything a file imports."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.split(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield node.module.split(".")[0]
+
+
+@pytest.mark.parametrize(
+    ("package", "forbidden"),
+    [("dem", {"calibration", "snakemake", "pandas", "pyarrow", "yaml"}), ("calibration", {"dem", "numba", "snakemake"})],
+)
+def test_packages_know_only_what_lies_below_them(package, forbidden):
+    files = list((SRC / package).rglob("*.py"))
+    assert files
+    for path in files:
+        assert not forbidden & set(imported(path)), path
+
+
+def test_numba_is_imported_in_one_place():
+    importers = [path.name for path in (SRC / "dem").rglob("*.py") if "numba" in set(imported(path))]
+    assert importers == ["jit.py"]
+
+
+def test_experiments_use_the_public_api_only():
+    for path in (SRC / "dem" / "experiments").glob("*.py"):
+        modules = [node.module for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.ImportFrom)]
+        assert all(not m.startswith("dem.") or m.startswith("dem.experiments") for m in modules), path

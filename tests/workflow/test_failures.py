@@ -1,0 +1,85 @@
+"""A simulation that cannot work is recorded with its reason, and excluded visibly."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+import simulate_repose
+import simulate_shear
+from _study import experiment_settings
+from measure_repose import measured
+
+from calibration import strength_table
+
+ROW = {
+    "simulation_id": "0123456789", "fidelity": "campaign", "radius_m": 1e-3, "radius_sd_ratio": 0.0, "density_kg_m3": 2500.0,
+    "poisson_ratio": 0.2, "shear_modulus_pa": 1e7, "static_friction": 0.3, "rolling_friction": 0.1, "restitution": 0.5, "seed": 1,
+}  # fmt: skip
+IMPOSSIBLE = ROW | {"poisson_ratio": 0.6}
+
+
+@pytest.fixture
+def config():
+    fidelity = {
+        "repose_stiffness_reduction": 1.0, "shear_stiffness_number": 5000.0, "time_step_rayleigh_ratio": 0.4,
+        "shear_inertial_number": 0.01, "lift_speed_m_s": 0.05,
+    }  # fmt: skip
+    return {
+        "material": {"radius_m": 1e-3},
+        "design": {"geometry": "scaled"},
+        "fidelity": {"campaign": fidelity},
+        "engine": {"rolling_model": "type_a", "precision": "float32", "gravity_m_s2": 9.81},
+        "repose": {
+            "n_particles": 60, "tube_diameter_ratio": 5.0, "plate_half_width_ratio": 30.0, "wall_static_friction": None,
+            "wall_rolling_friction": None, "max_time_s": 0.05,
+        },
+        "shear": {
+            "length_ratio": 16.0, "height_ratio": 10.0, "width_ratio": 5.0, "displacement_ratio": 0.5, "frame_static_friction": 0.0,
+            "preparation_friction_ratio": 0.3,
+        },
+    }  # fmt: skip
+
+
+def simulate(script, row, config, folder):
+    names = ("grains", "filled", "run", "timing", "history", "before", "after")
+    output = SimpleNamespace(**{name: str(folder / name) for name in names})
+    script.main(row, experiment_settings(config, row), "engine", output)
+    return pd.read_parquet(output.run).iloc[0], output
+
+
+def test_an_impossible_heap_is_recorded_with_its_reason(config, tmp_path):
+    run, output = simulate(simulate_repose, IMPOSSIBLE | {"experiment": "repose"}, config, tmp_path)
+    assert run["status"] == "failed"
+    assert run["reason"] == "poisson_ratio is 0.6; allowed: between -1 and 0.5, both excluded."
+    assert len(pd.read_parquet(output.grains)) == 0
+    assert measured(run.to_dict(), output.grains)["angle_profile_deg"] is None
+
+
+def test_an_impossible_shear_test_is_recorded_and_left_out_of_the_strength(config, tmp_path):
+    row = IMPOSSIBLE | {"experiment": "shear", "normal_stress_pa": 500.0}
+    run, _ = simulate(simulate_shear, row, config, tmp_path)
+    assert run["status"] == "failed"
+    stresses = np.array([100.0, 200.0, 400.0, 800.0])
+    shear = pd.DataFrame(
+        {
+            "point_id": "p", "fidelity": "campaign", "purposes": "grid", "status": ["done", "done", "done", run["status"]],
+            "normal_stress_pa": stresses, "plane_normal_stress_pa": stresses, "plateau_shear_stress_pa": [60.0, 120.0, 240.0, np.nan],
+        }
+    )  # fmt: skip
+    assert strength_table(shear, "plateau", "plane")["n_runs"].tolist() == [3]
+
+
+def test_a_heap_that_does_not_come_to_rest_in_time_says_so(config, tmp_path):
+    run, output = simulate(simulate_repose, ROW | {"experiment": "repose"}, config, tmp_path)
+    assert run["status"] == "time_limit"
+    assert len(pd.read_parquet(output.grains)) == 60
+
+
+def test_a_fault_of_the_program_is_not_mistaken_for_a_failed_simulation(config, tmp_path, monkeypatch):
+    def broken(*_, **__):
+        raise KeyError("a bug")
+
+    monkeypatch.setattr(simulate_repose.angle_of_repose, "run", broken)
+    with pytest.raises(KeyError):
+        simulate(simulate_repose, ROW | {"experiment": "repose"}, config, tmp_path)
