@@ -69,7 +69,11 @@ def test_a_fourth_design_variable_needs_no_code():
         ("design.variables", ["radius_m"], "design.variables is"),
         ("design.grid", {"stickiness": [1.0]}, r"design.grid is \['stickiness'\]; allowed: keys of material"),
         ("design.sweep_couples", [{"static_friction": 0.3}], "design.sweep_couples is"),
-        ("design.sweep_couples", [{"static_friction": 0.4, "rolling_friction": 0.1}], "design.sweep_couples static_friction is 0.4"),
+        (
+            "design.sweep_couples",
+            [{"static_friction": 0.4, "rolling_friction": 0.1}],
+            "design.sweep_couples static_friction is 0.4",
+        ),
         ("screening.changes", {"restitution": 0.5}, "screening.changes.restitution is 0.5"),
     ],
 )

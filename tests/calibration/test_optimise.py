@@ -62,7 +62,8 @@ def test_objectives_are_relative_errors_and_prefer_large_grains():
 def test_every_case_has_a_minimum_at_least_as_cheap_as_the_one_the_paper_prints():
     weights = {"sand": [0.25] * 4, "regolith": [0.25] * 4, "regolith_low_repose_weight": [1 / 31, 10 / 31, 10 / 31, 10 / 31]}
     cases = [
-        {"case": case, "soil": "silica_barco_sand" if case == "sand" else "lunar_regolith", "weights": w} for case, w in weights.items()
+        {"case": case, "soil": "silica_barco_sand" if case == "sand" else "lunar_regolith", "weights": w}
+        for case, w in weights.items()
     ]
     table, history = calibrate(published(), soil_table(), {**OPTIONS, "cases": cases}, VARIABLES, "published")
     for _, row in table.iterrows():

@@ -98,7 +98,9 @@ def test_a_repeated_simulation_gives_the_same_bytes(project):
     results = project / "results" / "smoke"
     run = next((results / "sims" / "shear").iterdir())
     before = {path.name: path.read_bytes() for path in run.glob("*.parquet")}
-    result = snakemake(project, "-c1", "--forcerun", "simulate_shear", "--until", "simulate_shear", str(run.relative_to(project) / "run.parquet"))
+    result = snakemake(
+        project, "-c1", "--forcerun", "simulate_shear", "--until", "simulate_shear", str(run.relative_to(project) / "run.parquet")
+    )
     assert result.returncode == 0, result.stderr[-3000:]
     assert {path.name: path.read_bytes() for path in run.glob("*.parquet")} == before
 
@@ -148,9 +150,9 @@ def test_a_changed_target_is_run_again_from_there_only(project):
 @pytest.mark.parametrize(
     ("path", "value", "new_repose", "new_shear"),
     [
-        ("shear.normal_stresses_pa", [250.0, 500.0, 1000.0, 2000.0], 0, 11),
-        ("design.shear_seeds", [1, 2], 0, 33),
-        ("design.repose_seeds", [1, 7], 11, 0),
+        ("shear.normal_stresses_pa", [250.0, 500.0, 1000.0, 2000.0], 0, 12),
+        ("design.shear_seeds", [1, 2], 0, 36),
+        ("design.repose_seeds", [1, 7], 12, 0),
         ("design.grid.rolling_friction", [0.05, 0.1, 0.2, 0.3], 3, 9),
     ],
 )
@@ -166,7 +168,11 @@ def test_an_addition_adds_only_its_own_simulations(project, path, value, new_rep
         ("repose.n_grains", 100, "repose: unknown key 'n_grains'; allowed: "),
         ("material.poisson_ratio", 0.7, "material.poisson_ratio: 0.7 is greater than or equal to the maximum of 0.5"),
         ("shear.strength", "strongest", "shear.strength: 'strongest' is not one of ['peak', 'plateau']"),
-        ("soils", ["green_cheese"], "there is no config/soils/green_cheese.yaml; existing soils: lunar_regolith, silica_barco_sand"),
+        (
+            "soils",
+            ["green_cheese"],
+            "there is no config/soils/green_cheese.yaml; existing soils: lunar_regolith, silica_barco_sand",
+        ),
         ("design.variables", ["radius_m"], "design.variables is ['radius_m']; allowed"),
         ("study", "../elsewhere", "study: '../elsewhere' does not match"),
     ],

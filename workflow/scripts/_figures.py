@@ -1,0 +1,160 @@
+"""The paper's figures from our tables: each function takes tables and returns a matplotlib figure."""
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+
+import numpy as np
+import pandas as pd
+from matplotlib.collections import EllipseCollection
+from matplotlib.figure import Figure
+
+#: Colours that stay apart for colour-blind readers (Okabe & Ito).
+COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"]
+
+LABELS = {
+    "cohesion_pa": "cohesion c (Pa)",
+    "friction_angle_deg": "friction angle φ (°)",
+    "angle_of_repose_deg": "angle of repose A (°)",
+    "static_friction": "static friction µs",
+    "rolling_friction": "rolling friction µr",
+    "radius_m": "radius r (µm)",
+}
+
+
+def canvas(columns: int = 1, width: float = 8.0, height: float = 4.2):
+    """A figure with axes side by side."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    return figure, np.atleast_1d(figure.subplots(1, columns))
+
+
+def draw_grains(axes, grains: pd.DataFrame, colour, **settings) -> None:
+    """Grains seen along y as circles at true scale (mm), far ones first."""
+    order = np.argsort(-grains["y_m"].to_numpy())
+    shown = grains.iloc[order]
+    diameters = 2e3 * shown["radius_m"].to_numpy()
+    circles = EllipseCollection(
+        diameters,
+        diameters,
+        0.0,
+        units="xy",
+        offsets=1e3 * shown[["x_m", "z_m"]].to_numpy(),
+        offset_transform=axes.transData,
+        array=np.asarray(colour)[order],
+        edgecolors="black",
+        linewidths=0.15,
+        cmap="viridis",
+        **settings,
+    )
+    axes.add_collection(circles)
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.set_xlabel("x (mm)")
+    axes.set_ylabel("z (mm)")
+
+
+def heap(filled: pd.DataFrame, grains: pd.DataFrame, angle_deg: float) -> Figure:
+    """Figure 2: the grains in the tube, and the heap at rest with a line at its angle of repose."""
+    figure, (left, right) = canvas(2, height=3.2)
+    for axes, state, title in ((left, filled, "before the lift"), (right, grains, "at rest")):
+        if len(state):
+            draw_grains(axes, state, np.hypot(state["x_m"], state["y_m"]))
+        axes.axhline(0.0, color="black")
+        axes.set_title(title)
+    if len(grains) and angle_deg > 0:
+        top = 1e3 * float((grains["z_m"] + grains["radius_m"]).max())
+        foot = top / np.tan(np.radians(angle_deg))
+        right.plot([0, foot], [top, 0], color=COLOURS[1], linewidth=2, label=f"{angle_deg:.1f}°")
+        right.legend(loc="upper right")
+    return figure
+
+
+def shear_box(before: pd.DataFrame, after: pd.DataFrame) -> Figure:
+    """Figure 3: the shear box before and after; grains keep the colour of the stripe in which they began."""
+    figure, axes = canvas(2, height=3.0)
+    stripes = np.floor(before["x_m"] / max(before["x_m"].max() / 8.0, 1e-12)) % 2 if len(before) else np.zeros(0)
+    for panel, state, title in zip(axes, (before, after), ("before", "after"), strict=True):
+        if len(state):
+            draw_grains(panel, state, stripes)
+        panel.set_title(title)
+    return figure
+
+
+def shear_curves(histories: dict[float, pd.DataFrame]) -> Figure:
+    """Figure 4: shear stress against displacement at several normal stresses (Pa)."""
+    figure, (axes,) = canvas()
+    for k, (stress, history) in enumerate(sorted(histories.items())):
+        colour = COLOURS[k % len(COLOURS)]
+        axes.plot(1e3 * history["displacement_m"], history["shear_stress_pa"], color=colour, label=f"p = {stress:g} Pa")
+    axes.set_xlabel("displacement of the lower frame (mm)")
+    axes.set_ylabel("shear stress (Pa)")
+    axes.legend()
+    return figure
+
+
+def strength_lines(shear: pd.DataFrame, strength: pd.Series, columns: tuple[str, str]) -> Figure:
+    """Shear strengths of one point against normal stress, with its Mohr-Coulomb line."""
+    figure, (axes,) = canvas()
+    tau, p = columns
+    axes.plot(shear[p], shear[tau], "o", color=COLOURS[0], label="simulated, each seed")
+    stresses = np.linspace(0.0, 1.05 * shear[p].max(), 50)
+    line = strength["cohesion_pa"] + stresses * np.tan(np.radians(strength["friction_angle_deg"]))
+    label = (
+        f"c = {strength['cohesion_pa']:.0f} ± {strength['cohesion_se_pa']:.0f} Pa, "
+        f"φ = {strength['friction_angle_deg']:.1f} ± {strength['friction_angle_se_deg']:.1f}°"
+    )
+    axes.plot(stresses, line, color=COLOURS[1], label=label)
+    axes.set_xlabel("normal stress on the shear plane (Pa)")
+    axes.set_ylabel("shear strength (Pa)")
+    axes.legend()
+    return figure
+
+
+def response_lines(points: pd.DataFrame, column: str, surrogate, radius_m: float, error: str | None = None) -> Figure:
+    """Figure 5 and its kin: a response over mu_s, one colour per mu_r; points simulated, lines fitted."""
+    figure, (axes,) = canvas()
+    s = np.linspace(0.0, points["static_friction"].max(), 80)
+    for k, (rolling, group) in enumerate(points.groupby("rolling_friction")):
+        colour = COLOURS[k % len(COLOURS)]
+        means = group.groupby("static_friction")[column].mean()
+        bars = group.groupby("static_friction")[error].mean() if error else None
+        axes.errorbar(means.index, means, yerr=bars, fmt="o", color=colour, capsize=2, label=f"µr = {rolling:g}")
+        values = {"static_friction": s, "rolling_friction": np.full_like(s, rolling), "radius_m": np.full_like(s, radius_m)}
+        axes.plot(s, surrogate.predict(values), color=colour, linewidth=1)
+    axes.set_xlabel(LABELS["static_friction"])
+    axes.set_ylabel(LABELS[column])
+    axes.legend(fontsize="small", ncols=2)
+    return figure
+
+
+def radius_sweep(points: dict[str, pd.DataFrame], surrogates: dict) -> Figure:
+    """Responses over the radius at the sweep's couples; lines are g(r) times the couple's own value at r0."""
+    figure, panels = canvas(len(points), width=11, height=3.4)
+    for axes, (response, table) in zip(panels, points.items(), strict=True):
+        column = next(name for name in LABELS if name.startswith(response))
+        factor = surrogates[response].g["radius_m"]
+        radii = np.geomspace(table["radius_m"].min(), table["radius_m"].max(), 60)
+        for k, ((s, r), group) in enumerate(table.groupby(["static_friction", "rolling_friction"])):
+            colour = COLOURS[k % len(COLOURS)]
+            means = group.groupby("radius_m")[column].mean()
+            axes.plot(1e6 * means.index, means, "o", color=colour, label=f"µs {s:g}, µr {r:g}")
+            home = means[np.isclose(means.index, factor.reference)]
+            if len(home):
+                axes.plot(1e6 * radii, home.iloc[0] * factor(radii), color=colour, linewidth=1)
+        axes.set_xscale("log")
+        axes.set_xlabel(LABELS["radius_m"])
+        axes.set_ylabel(LABELS[column])
+        axes.legend(fontsize="small")
+    return figure
+
+
+def iterations(history: pd.DataFrame) -> Figure:
+    """Cost over Gauss-Newton iterations for every case, ours and on the published surrogates."""
+    figure, (axes,) = canvas()
+    for k, ((case, source), run) in enumerate(history.groupby(["case", "surrogate"], sort=False)):
+        style = "-" if source == "ours" else "--"
+        axes.semilogy(run["iteration"], run["cost"], style, color=COLOURS[k % 7], label=f"{case} ({source})")
+    axes.set_xlabel("Gauss–Newton iteration")
+    axes.set_ylabel("cost")
+    axes.legend(fontsize="small")
+    return figure
