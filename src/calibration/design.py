@@ -32,7 +32,8 @@ def expand(config: dict) -> pd.DataFrame:
             known["purposes"].append(purpose)
     table = pd.DataFrame(list(rows.values()))
     table["purposes"] = table["purposes"].map(",".join)
-    return table
+    order = ["experiment", "fidelity", *sorted(config["material"]), "normal_stress_pa", "seed"]  # not the order of keys in a file
+    return table.sort_values(order, ignore_index=True)
 
 
 def wanted(config: dict):
@@ -77,7 +78,7 @@ def sweep_points(base: dict, design: dict) -> list[dict]:
 
 def make_row(experiment, fidelity, material, stress, seed) -> dict:
     """One row of the design table, purposes excepted."""
-    material = {key: float(value) for key, value in material.items()}
+    material = {key: float(material[key]) for key in sorted(material)}
     what = [experiment, fidelity, material, None if math.isnan(stress) else float(stress), int(seed)]
     return {
         "simulation_id": hashed(what, 10),

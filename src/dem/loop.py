@@ -15,6 +15,7 @@ from dem.neighbours import (
     find_pairs,
     find_wall_pairs,
     frequencies,
+    is_sound,
     nearest_image,
     prune_pairs,
     prune_walls,
@@ -26,7 +27,7 @@ from dem.walls import gather_walls, move_walls, scatter_walls
 LISTS_STALE = 1e30
 
 #: Why `advance` came back.
-FINISHED, PAIRS_FULL, WALL_PAIRS_FULL = 0, 1, 2
+FINISHED, PAIRS_FULL, WALL_PAIRS_FULL, BLEW_UP = 0, 1, 2, 3
 
 #: The inner list is remade about every so many steps ...
 PRUNE_STEPS = 20.0
@@ -201,7 +202,9 @@ def wall_forces(grains, loads, walls, contacts, m, buffer, constants, elastic_ro
 
 @jit
 def rebuild(grains, period, walls, skin, pairs, wall_pairs, spare, wall_spare):
-    """Remake both outer lists, carrying history. Returns FINISHED, or which list is too short (then nothing has changed)."""
+    """Remake both outer lists, carrying history. Returns FINISHED, or why not (then nothing has changed)."""
+    if not is_sound(grains):
+        return BLEW_UP
     if find_pairs(grains, period, skin, spare.row, spare.partner) < 0:
         return PAIRS_FULL
     if find_wall_pairs(grains, walls, skin, wall_spare.row, wall_spare.partner) < 0:
@@ -260,6 +263,7 @@ def advance(
     constants,
     dt,
     skin,
+    speed_limit,
     n_steps,
     elastic_rolling,
     origin,
@@ -271,8 +275,9 @@ def advance(
     Overwrites grains, walls and the lists; `mean_force` (walls, 3) receives the mean force of the grains on each wall.
     `origin` (n, 3) keeps where the grains were when the outer lists were made, `list_age` the bound on any grain's way and the
     walls' way since then (m); LISTS_STALE in the first asks for new lists.
-    Returns (reason, steps done, outer rebuilds, inner prunings). A reason other than FINISHED asks for a longer list; the state
-    is then consistent and the call can be repeated with the remaining steps.
+    Returns (reason, steps done, outer rebuilds, inner prunings). The reasons PAIRS_FULL and WALL_PAIRS_FULL ask for a longer list;
+    the state is then consistent and the call can be repeated with the remaining steps. BLEW_UP: something moves faster than
+    speed_limit, or is out of any sensible place, and the state is worthless.
     """
     periodic = period[0] > 0.0 or period[1] > 0.0 or period[2] > 0.0
     m = 0
@@ -317,6 +322,9 @@ def advance(
         travel += fastest * dt
         list_age[1] += wall_speed * dt
         done += 1
+        if fastest > speed_limit:
+            reason = BLEW_UP
+            break
     save_history(contacts, m, pairs.history)
     save_history(wall_contacts, m_walls, wall_pairs.history)
     list_age[0] += travel

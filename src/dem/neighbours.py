@@ -37,8 +37,23 @@ from dem.layout import (
 )
 from dem.walls import wall_separation
 
+#: Grains farther than so many radii from the origin have been thrown out by an unstable contact.
+FARTHEST = 1e5
+#: A grid has at most about so many cells per axis; beyond, cells are made larger.
+MOST_CELLS = 400
+
 #: Neighbouring contacts in a block should not share a grain, or their scatters wait for each other.
 STRIDE = 32
+
+
+@strict_jit
+def is_sound(grains):
+    """Whether every grain's place is a finite number of a size that a cell grid can span."""
+    for i in range(grains.shape[0] // GRAIN):
+        for a in range(3):
+            if not abs(grains[GRAIN * i + a]) < FARTHEST * grains[GRAIN * i + RADIUS]:
+                return False
+    return True
 
 
 @strict_jit
@@ -59,6 +74,23 @@ def grid_shape(grains, period, cell):
         low[a] = least
         shape[a] = int((most - least) / cell) + 1
     return low, shape
+
+
+@strict_jit
+def cell_size(grains, skin):
+    """Edge of a cell in m: what the largest pair can reach, or more where the grains are spread very far."""
+    n = grains.shape[0] // GRAIN
+    largest = 0.0
+    for i in range(n):
+        largest = max(largest, grains[GRAIN * i + RADIUS])
+    cell = 2.0 * largest + skin
+    for a in range(3):
+        least, most = grains[a], grains[a]
+        for i in range(n):
+            least = min(least, grains[GRAIN * i + a])
+            most = max(most, grains[GRAIN * i + a])
+        cell = max(cell, (most - least) / MOST_CELLS)
+    return cell
 
 
 @strict_jit
@@ -119,10 +151,7 @@ def find_pairs(grains, period, skin, row, partner):
     row : (n, 2) int64, begin and end of each grain's row; partner : (capacity,) int32; both overwritten.
     """
     n = grains.shape[0] // GRAIN
-    largest = 0.0
-    for i in range(n):
-        largest = max(largest, grains[GRAIN * i + RADIUS])
-    cell = 2.0 * largest + skin
+    cell = cell_size(grains, skin)
     low, shape, start, order = sort_into_cells(grains, period, cell)
     in_order = np.empty((n, 5))
     for k in range(n):

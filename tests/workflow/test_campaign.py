@@ -70,7 +70,7 @@ def set_config(project: Path, path: str, value) -> None:
     for key in parents:
         target = target.setdefault(key, {})
     target[last] = value
-    file.write_text(yaml.safe_dump(config))
+    file.write_text(yaml.safe_dump(config, sort_keys=False))
 
 
 def test_a_finished_campaign_has_every_table_and_nothing_left_to_do(finished):
@@ -182,7 +182,7 @@ def test_a_bad_configuration_is_refused_before_anything_runs(tmp_path, path, val
     set_config(project, path, value)
     result = snakemake(project, "-n", "all")
     assert result.returncode != 0
-    assert message in result.stderr
+    assert message in result.stdout + result.stderr
     assert not (project / "results").exists()
 
 

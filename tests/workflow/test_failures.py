@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+
 import simulate_repose
 import simulate_shear
 from _study import experiment_settings
-from measure_repose import measured
-
 from calibration import strength_table
+from measure_repose import measured
 
 ROW = {
     "simulation_id": "0123456789", "fidelity": "campaign", "radius_m": 1e-3, "radius_sd_ratio": 0.0, "density_kg_m3": 2500.0,
@@ -22,7 +22,8 @@ IMPOSSIBLE = ROW | {"poisson_ratio": 0.6}
 @pytest.fixture
 def config():
     fidelity = {
-        "repose_stiffness_reduction": 1.0, "shear_stiffness_number": 5000.0, "time_step_rayleigh_ratio": 0.4,
+        "repose_stiffness_reduction": 1.0, "shear_stiffness_number": 5000.0, "repose_time_step_rayleigh_ratio": 0.4,
+        "shear_time_step_rayleigh_ratio": 0.3,
         "shear_inertial_number": 0.01, "lift_speed_m_s": 0.05,
     }  # fmt: skip
     return {
@@ -64,7 +65,8 @@ def test_an_impossible_shear_test_is_recorded_and_left_out_of_the_strength(confi
     shear = pd.DataFrame(
         {
             "point_id": "p", "fidelity": "campaign", "purposes": "grid", "status": ["done", "done", "done", run["status"]],
-            "normal_stress_pa": stresses, "plane_normal_stress_pa": stresses, "plateau_shear_stress_pa": [60.0, 120.0, 240.0, np.nan],
+            "normal_stress_pa": stresses, "plane_normal_stress_pa": stresses,
+            "plateau_shear_stress_pa": [60.0, 120.0, 240.0, np.nan],
         }
     )  # fmt: skip
     assert strength_table(shear, "plateau", "plane")["n_runs"].tolist() == [3]

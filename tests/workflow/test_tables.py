@@ -2,6 +2,7 @@
 
 import pandas as pd
 import pytest
+
 from _tables import SCHEMAS, TableError, check_table, load_schema, read_provenance, read_table, write_table
 
 GRAINS = pd.DataFrame({"x_m": [0.0], "y_m": [0.0], "z_m": [1e-3], "radius_m": [1e-3]})

@@ -23,7 +23,6 @@ rule report:
     log:
         f"{LOGS}/report.log",
     params:
-        results=RESULTS,
         config=config,
         versions=versions(),
     message:

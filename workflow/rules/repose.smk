@@ -3,7 +3,7 @@
 
 rule simulate_repose:
     input:
-        kernels=ancient(f"{RESULTS}/kernels.txt"),
+        kernels=f"{RESULTS}/kernels.txt",
     output:
         grains=f"{RESULTS}/sims/repose/{{simulation}}/grains.parquet",
         filled=f"{RESULTS}/sims/repose/{{simulation}}/filled.parquet",

@@ -3,7 +3,7 @@
 
 rule simulate_shear:
     input:
-        kernels=ancient(f"{RESULTS}/kernels.txt"),
+        kernels=f"{RESULTS}/kernels.txt",
     output:
         history=f"{RESULTS}/sims/shear/{{simulation}}/history.parquet",
         before=f"{RESULTS}/sims/shear/{{simulation}}/grains_before.parquet",

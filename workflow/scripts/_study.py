@@ -88,7 +88,7 @@ def experiment_settings(config: dict, row: dict) -> dict:
             "rolling_model": config["engine"]["rolling_model"],
             "precision": config["engine"]["precision"],
             "gravity_m_s2": config["engine"]["gravity_m_s2"],
-            "time_step_rayleigh_ratio": fidelity["time_step_rayleigh_ratio"],
+            "time_step_rayleigh_ratio": fidelity[f"{experiment}_time_step_rayleigh_ratio"],
         },
         "softening": {key: fidelity[key] for key in fidelity if key.startswith(experiment + "_stiffness")},
     }
