@@ -41,7 +41,7 @@ paper: setup  ## the paper's exact fidelity: hours
 
 lock: setup  ## resolve the newest versions of all dependencies into requirements.lock
 	$(BIN)/pip install --quiet pip-tools
-	$(BIN)/pip-compile --quiet --upgrade --extra dev --no-header --no-annotate --no-emit-index-url --no-emit-find-links \
+	$(BIN)/pip-compile --quiet --upgrade --extra dev --allow-unsafe --no-header --no-annotate --no-emit-index-url --no-emit-find-links \
 		--no-emit-trusted-host --output-file requirements.lock pyproject.toml
 
 help:  ## this list
