@@ -21,12 +21,11 @@ test: setup lint  ## lint, all tests (kernels also uncompiled) and the smoke cam
 	NUMBA_DISABLE_JIT=1 $(BIN)/pytest tests/dem/contact
 	$(BIN)/pytest
 
-lint: setup  ## style of Python and Snakemake files, spelling, the workflow's own linter
+lint: setup  ## style of Python and Snakemake files, spelling
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/codespell
-	$(BIN)/snakemake --lint
 
 format: setup  ## rewrite Python and Snakemake files in the project's style
 	$(BIN)/ruff check --fix .
