@@ -2,13 +2,13 @@
 
 All arrays are one-dimensional with constant offsets: LLVM then proves that rows do not overlap and vectorises to full width.
 
-grain record (float64, GRAIN values each): position, velocity, spin velocity u = radius x angular velocity, inverse mass,
-    gravity flag (1 free, 0 carried by a wall), radius. Using u instead of the angular velocity makes every torque equation
+grain record (float64, GRAIN values each): position, radius, velocity, spin velocity u = radius x angular velocity, inverse
+    mass, gravity flag (1 free, 0 carried by a wall). Using u instead of the angular velocity makes every torque equation
     independent of the grain's radius: (2/5) m du/dt = Q, with Q = torque / radius.
 load record (contact precision, LOAD values each): force, Q, rolling resistance (the largest |Q| that opposes spin).
 material pairs (float64, one row of five per ordered pair): see PAIR_E and its neighbours.
 contact block (contact precision, BLOCK contacts per block, ROWS rows of BLOCK values): pair constants and contact history.
-work buffer (contact precision, one block): what the gather stage writes and the contact stage overwrites.
+work buffer (contact precision, one block): what the gather stage writes, and the loads that the contact stage makes of it.
 """
 
 import numpy as np
@@ -16,22 +16,31 @@ import numpy as np
 BLOCK = 256
 
 GRAIN = 12
-X, Y, Z, VX, VY, VZ, UX, UY, UZ, INVERSE_MASS, FREE, RADIUS = range(GRAIN)
+X, Y, Z, RADIUS, VX, VY, VZ, UX, UY, UZ, INVERSE_MASS, FREE = range(GRAIN)
 
 LOAD = 8
 FX, FY, FZ, QX, QY, QZ, RESIST = range(7)
 
 ROWS = 16
-R_SUM, K_N, C_N, K_T, C_T, MU_S, MU_R, R_STAR, INV_R_I, INV_R_J = range(10)
+INV_R_SUM, K_N, C_N, K_T, C_T, MU_S, MU_R, R_STAR, INV_R_I, INV_R_J = range(10)
 HISTORY = 10  # three rows: tangential spring; three more: rolling spring (type C)
 N_HISTORY = 6
 
 #: Rows of the work buffer. On entry to the contact stage: separation (0-2), R_sum^2 - d^2 (3), relative velocity (4-6),
-#: u_i + u_j (7-9), relative angular velocity (10-12, type C only); `dem.contact.block` says what stands there on leaving.
+#: u_i + u_j (7-9), u_i - u_j (10-12, type C only). On leaving: force on i, Q on j (type C), Q on i, rolling resistance.
 BUFFER = 17
+FORCE, TWIST_J, TWIST, RESISTANCE = 4, 10, 13, 16
 
 #: Columns of the table of material pairs: E* and G* (Pa), dashpot ratio, static and rolling friction.
 PAIR_E, PAIR_G, PAIR_BETA, PAIR_MU_S, PAIR_MU_R = range(5)
 
 #: Unsigned constants: a signed computed index would cost a sign test per access.
 U = tuple(np.uint64(k) for k in range(16))
+
+
+def aligned_zeros(n: int, dtype) -> np.ndarray:
+    """(n,) zeros that begin at a cache line, so that vector loads do not straddle two."""
+    width = np.dtype(dtype).itemsize
+    memory = np.zeros(n * width + 64, np.uint8)
+    start = -memory.ctypes.data % 64
+    return memory[start : start + n * width].view(dtype)

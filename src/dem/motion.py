@@ -9,7 +9,7 @@ import numpy as np
 
 from dem.contact.rolling import resist
 from dem.jit import jit
-from dem.layout import FREE, GRAIN, INVERSE_MASS, LOAD, RESIST, U
+from dem.layout import FREE, GRAIN, INVERSE_MASS, LOAD, QX, QY, QZ, RESIST, UX, UY, UZ, VX, VY, VZ, U
 
 
 @jit
@@ -22,20 +22,20 @@ def integrate(grains, loads, gravity, dt, zero):
         a = np.uint64(k * LOAD)
         kick = grains[i + U[INVERSE_MASS]] * dt
         free = grains[i + U[FREE]]
-        vx = grains[i + U[3]] + kick * loads[a] + free * gx
-        vy = grains[i + U[4]] + kick * loads[a + U[1]] + free * gy
-        vz = grains[i + U[5]] + kick * loads[a + U[2]] + free * gz
+        vx = grains[i + U[VX]] + kick * loads[a] + free * gx
+        vy = grains[i + U[VY]] + kick * loads[a + U[1]] + free * gy
+        vz = grains[i + U[VZ]] + kick * loads[a + U[2]] + free * gz
         twist = 2.5 * kick
-        ux = grains[i + U[6]] + twist * loads[a + U[3]]
-        uy = grains[i + U[7]] + twist * loads[a + U[4]]
-        uz = grains[i + U[8]] + twist * loads[a + U[5]]
+        ux = grains[i + U[UX]] + twist * loads[a + U[QX]]
+        uy = grains[i + U[UY]] + twist * loads[a + U[QY]]
+        uz = grains[i + U[UZ]] + twist * loads[a + U[QZ]]
         keep = resist(ux, uy, uz, twist * loads[a + U[RESIST]])
-        grains[i + U[6]] = ux * keep
-        grains[i + U[7]] = uy * keep
-        grains[i + U[8]] = uz * keep
-        grains[i + U[3]] = vx
-        grains[i + U[4]] = vy
-        grains[i + U[5]] = vz
+        grains[i + U[UX]] = ux * keep
+        grains[i + U[UY]] = uy * keep
+        grains[i + U[UZ]] = uz * keep
+        grains[i + U[VX]] = vx
+        grains[i + U[VY]] = vy
+        grains[i + U[VZ]] = vz
         grains[i] += vx * dt
         grains[i + U[1]] += vy * dt
         grains[i + U[2]] += vz * dt
@@ -54,8 +54,8 @@ def carry_glued(grains, loads, walls, glued, carrier):
         a = LOAD * glued[k]
         for t in range(3):
             walls.force[w, t] += loads[a + t]
-            grains[i + 3 + t] = walls.velocity[w, t]
-            grains[i + 6 + t] = 0.0
+            grains[i + VX + t] = walls.velocity[w, t]
+            grains[i + UX + t] = 0.0
 
 
 @jit
@@ -65,6 +65,6 @@ def kinetic_energy(grains):
     for k in range(grains.shape[0] // GRAIN):
         i = k * GRAIN
         if grains[i + INVERSE_MASS] > 0.0:
-            translation += 0.5 / grains[i + INVERSE_MASS] * (grains[i + 3] ** 2 + grains[i + 4] ** 2 + grains[i + 5] ** 2)
-            rotation += 0.2 / grains[i + INVERSE_MASS] * (grains[i + 6] ** 2 + grains[i + 7] ** 2 + grains[i + 8] ** 2)
+            translation += 0.5 / grains[i + INVERSE_MASS] * (grains[i + VX] ** 2 + grains[i + VY] ** 2 + grains[i + VZ] ** 2)
+            rotation += 0.2 / grains[i + INVERSE_MASS] * (grains[i + UX] ** 2 + grains[i + UY] ** 2 + grains[i + UZ] ** 2)
     return translation, rotation

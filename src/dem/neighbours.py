@@ -19,6 +19,7 @@ from dem.layout import (
     HISTORY,
     INV_R_I,
     INV_R_J,
+    INV_R_SUM,
     INVERSE_MASS,
     K_N,
     K_T,
@@ -31,7 +32,6 @@ from dem.layout import (
     PAIR_MU_R,
     PAIR_MU_S,
     R_STAR,
-    R_SUM,
     RADIUS,
     ROWS,
 )
@@ -297,13 +297,52 @@ def interleaved(q):
 
 
 @jit
-def prune_pairs(grains, period, outer, reach, contacts, pair_table, n_materials, material):
+def prune_pairs(grains, period, frequency, periodic, outer, reach, contacts, pair_table, n_materials, material):
     """Copy every outer pair closer than r_i + r_j + reach into contact blocks; returns their number."""
-    n = grains.shape[0] // GRAIN
-    frequency = frequencies(period)
-    m = 0
+    if periodic:
+        m = near_periodic_pairs(grains, period, frequency, outer, reach, contacts.first, contacts.second, contacts.slot)
+    else:
+        m = near_pairs(grains, outer, reach, contacts.first, contacts.second, contacts.slot)
     first, second, slot = contacts.first, contacts.second, contacts.slot
-    for i in range(n):
+    for k0 in range(0, m - BLOCK + 1, BLOCK):
+        interleave(first[k0 : k0 + BLOCK])
+        interleave(second[k0 : k0 + BLOCK])
+        interleave(slot[k0 : k0 + BLOCK])
+    for q in range(m):
+        i, j = GRAIN * first[q], GRAIN * second[q]
+        pair = pair_table[material[first[q]] * n_materials + material[second[q]]]
+        load_block(contacts.block, q, pair, outer.history[slot[q]], grains, i, grains[j + RADIUS], grains[j + INVERSE_MASS])
+    finish_blocks(contacts.block, m)
+    return m
+
+
+@jit
+def near_pairs(grains, outer, reach, first, second, slot):
+    """List (i, j, entry) of every outer pair closer than r_i + r_j + reach; returns how many.
+
+    Every pair is written and only kept by advancing m: no branch to mispredict.
+    """
+    m = 0
+    for i in range(outer.row.shape[0]):
+        o = GRAIN * i
+        x, y, z, r = grains[o], grains[o + 1], grains[o + 2], grains[o + RADIUS] + reach
+        for k in range(outer.row[i, 0], outer.row[i, 1]):
+            j = outer.partner[k]
+            p = GRAIN * j
+            dx, dy, dz = x - grains[p], y - grains[p + 1], z - grains[p + 2]
+            near = r + grains[p + RADIUS]
+            first[m] = i
+            second[m] = j
+            slot[m] = k
+            m += int(dx * dx + dy * dy + dz * dz < near * near)
+    return m
+
+
+@jit
+def near_periodic_pairs(grains, period, frequency, outer, reach, first, second, slot):
+    """As `near_pairs`, by nearest image."""
+    m = 0
+    for i in range(outer.row.shape[0]):
         o = GRAIN * i
         x, y, z, r = grains[o], grains[o + 1], grains[o + 2], grains[o + RADIUS] + reach
         for k in range(outer.row[i, 0], outer.row[i, 1]):
@@ -316,16 +355,7 @@ def prune_pairs(grains, period, outer, reach, contacts, pair_table, n_materials,
             first[m] = i
             second[m] = j
             slot[m] = k
-            if dx * dx + dy * dy + dz * dz < near * near:
-                m += 1
-    for k0 in range(0, m - BLOCK + 1, BLOCK):
-        interleave(first[k0 : k0 + BLOCK])
-        interleave(second[k0 : k0 + BLOCK])
-        interleave(slot[k0 : k0 + BLOCK])
-    for q in range(m):
-        i, j = GRAIN * first[q], GRAIN * second[q]
-        pair = pair_table[material[first[q]] * n_materials + material[second[q]]]
-        load_block(contacts.block, q, pair, outer.history[slot[q]], grains, i, grains[j + RADIUS], grains[j + INVERSE_MASS])
+            m += int(dx * dx + dy * dy + dz * dz < near * near)
     return m
 
 
@@ -339,43 +369,79 @@ def interleave(values):
 
 @jit
 def prune_walls(grains, walls, outer, reach, contacts, pair_table, n_materials, material):
-    """Copy every outer wall entry closer than r_i + reach into contact blocks; returns their number."""
-    n = grains.shape[0] // GRAIN
-    m = 0
-    for i in range(n):
-        near = grains[GRAIN * i + RADIUS] + reach
-        for k in range(outer.row[i, 0], outer.row[i, 1]):
-            w = outer.partner[k]
-            x, y, z = wall_separation(grains, GRAIN * i, walls, w)
-            if x * x + y * y + z * z < near * near:
-                contacts.first[m] = i
-                contacts.second[m] = w
-                contacts.slot[m] = k
-                pair = pair_table[material[i] * n_materials + walls.material[w]]
-                load_block(contacts.block, m, pair, outer.history[k], grains, GRAIN * i, 0.0, 0.0)
-                m += 1
-    return m
+    """Copy every outer wall entry closer than r_i + reach into contact blocks, wall by wall; returns their number."""
+    n = outer.row.shape[0]
+    n_walls = walls.kind.shape[0]
+    start = np.zeros(n_walls + 1, np.int64)
+    for step in range(2):  # first count the contacts of every wall, then put them where the counts say
+        for i in range(n):
+            near = grains[GRAIN * i + RADIUS] + reach
+            for k in range(outer.row[i, 0], outer.row[i, 1]):
+                w = outer.partner[k]
+                x, y, z = wall_separation(grains, GRAIN * i, walls, w)
+                if x * x + y * y + z * z < near * near:
+                    if step == 1:
+                        m = start[w]
+                        contacts.first[m] = i
+                        contacts.second[m] = w
+                        contacts.slot[m] = k
+                    start[w] += 1
+        if step == 0:
+            total = 0
+            for w in range(n_walls):
+                total, start[w] = total + start[w], total
+    for q in range(total):
+        i = contacts.first[q]
+        pair = pair_table[material[i] * n_materials + walls.material[contacts.second[q]]]
+        load_block(contacts.block, q, pair, outer.history[contacts.slot[q]], grains, GRAIN * i, 0.0, 0.0)
+    finish_blocks(contacts.block, total)
+    return total
 
 
 @jit
 def load_block(block, q, pair, history, grains, i, r_j, inverse_mass_j):
-    """Pair constants and history of contact q; r_j = 0 stands for a wall (flat, infinitely heavy)."""
+    """Raw material of contact q for `finish_blocks`, and its history; r_j = 0 stands for a wall (flat, infinitely heavy)."""
     e = (q // BLOCK) * ROWS * BLOCK + q % BLOCK
-    r_i = grains[i + RADIUS]
-    R_star = r_i * r_j / (r_i + r_j) if r_j > 0.0 else r_i
-    m_star = 1.0 / (grains[i + INVERSE_MASS] + inverse_mass_j)
-    block[e + R_SUM * BLOCK] = r_i + r_j
-    block[e + K_N * BLOCK] = hertz.stiffness(pair[PAIR_E], R_star)
-    block[e + C_N * BLOCK] = hertz.damping(pair[PAIR_E], R_star, m_star, pair[PAIR_BETA])
-    block[e + K_T * BLOCK] = mindlin.stiffness(pair[PAIR_G], R_star)
-    block[e + C_T * BLOCK] = mindlin.damping(pair[PAIR_G], R_star, m_star, pair[PAIR_BETA])
+    block[e + INV_R_I * BLOCK] = grains[i + RADIUS]
+    block[e + INV_R_J * BLOCK] = r_j
+    block[e + R_STAR * BLOCK] = grains[i + INVERSE_MASS] + inverse_mass_j
+    block[e + K_N * BLOCK] = pair[PAIR_E]
+    block[e + K_T * BLOCK] = pair[PAIR_G]
+    block[e + C_N * BLOCK] = pair[PAIR_BETA]
     block[e + MU_S * BLOCK] = pair[PAIR_MU_S]
     block[e + MU_R * BLOCK] = pair[PAIR_MU_R]
-    block[e + R_STAR * BLOCK] = R_star
-    block[e + INV_R_I * BLOCK] = 1.0 / r_i
-    block[e + INV_R_J * BLOCK] = 1.0 / r_j if r_j > 0.0 else 0.0
     for t in range(N_HISTORY):
         block[e + (HISTORY + t) * BLOCK] = history[t]
+
+
+@jit
+def finish_blocks(block, n_contacts):
+    """Turn radii, masses and moduli of all contacts into pair constants, whole blocks at a time."""
+    for k0 in range(0, n_contacts, BLOCK):
+        finish_block(block[k0 * ROWS : (k0 + BLOCK) * ROWS], min(BLOCK, n_contacts - k0))
+
+
+@jit
+def finish_block(c, n):
+    """Pair constants of one block from what `load_block` put there."""
+    for q in range(n):
+        r_i = c[INV_R_I * BLOCK + q]
+        r_j = c[INV_R_J * BLOCK + q]
+        flat = r_j == 0.0
+        R_sum = r_i + r_j
+        R_star = r_i if flat else r_i * r_j / R_sum
+        m_star = 1 / c[R_STAR * BLOCK + q]
+        E_star = c[K_N * BLOCK + q]
+        G_star = c[K_T * BLOCK + q]
+        beta = c[C_N * BLOCK + q]
+        c[INV_R_SUM * BLOCK + q] = 1 / R_sum
+        c[K_N * BLOCK + q] = hertz.stiffness(E_star, R_star)
+        c[C_N * BLOCK + q] = hertz.damping(E_star, R_star, m_star, beta)
+        c[K_T * BLOCK + q] = mindlin.stiffness(G_star, R_star)
+        c[C_T * BLOCK + q] = mindlin.damping(G_star, R_star, m_star, beta)
+        c[R_STAR * BLOCK + q] = R_star
+        c[INV_R_I * BLOCK + q] = 1 / r_i
+        c[INV_R_J * BLOCK + q] = 0 if flat else 1 / r_j
 
 
 @jit

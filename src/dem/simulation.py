@@ -11,10 +11,13 @@ import numpy as np
 
 from dem import loop, motion
 from dem.factory import Factory
-from dem.layout import BLOCK, BUFFER, FREE, GRAIN, INVERSE_MASS, LOAD, N_HISTORY, RADIUS, ROWS
+from dem.layout import BLOCK, BUFFER, FREE, GRAIN, INVERSE_MASS, LOAD, N_HISTORY, RADIUS, ROWS, UX, VX, aligned_zeros
 from dem.material import Interaction, Material, pair_constants, require
 from dem.timestep import stable_time_step
 from dem.walls import Wall, from_arrays, to_arrays
+
+#: Stands in for zero in m, N and rad, so that no division is by zero; its square root and square are float32 numbers too.
+TINY = 1e-18
 
 #: Neighbour skin in mean grain radii: rebuilding costs as much as pruning near this value.
 SKIN_RATIO = 0.55
@@ -56,6 +59,7 @@ class Simulation:
     smallest_radius_m : radius that sets the time step (every factory's grains must be at least as large).
     rolling_model : "type_a" (EDEM's) or "type_c" (elastic-plastic), see `dem.contact.rolling`.
     precision : "float32" or "float64" of the contact arithmetic; positions and velocities are float64 always.
+    vector_code : whether the hottest kernels run as explicit vector code (`dem.vectors`) or as plain numba.
     floor_m : grains below this height leave the simulation.
     """
 
@@ -71,6 +75,7 @@ class Simulation:
         time_step_rayleigh_ratio: float = 0.2,
         rolling_model: str = "type_a",
         precision: str = "float32",
+        vector_code: bool = True,
         floor_m: float = -math.inf,
     ):
         require(rolling_model in ("type_a", "type_c"), "rolling_model", repr(rolling_model), "type_a or type_c")
@@ -86,10 +91,10 @@ class Simulation:
             stable_time_step(smallest_radius_m, material, time_step_rayleigh_ratio) for material in materials.values()
         )
         self._type = np.dtype(precision).type
-        self._elastic_rolling = rolling_model == "type_c"
         self.gravity_m_s2 = tuple(gravity_m_s2)
         self._gravity = np.asarray(gravity_m_s2, float)
         self._period = np.asarray(period_m, float)
+        self._options = loop.Options(vector_code, rolling_model == "type_c", bool((self._period > 0).any()))
         self._floor = floor_m
         self._wall_definitions: list[Wall] = []
         self._walls = to_arrays([], self._material_index)
@@ -198,8 +203,8 @@ class Simulation:
         require(material in self.materials, "material of grains", repr(material), f"one of {list(self.materials)}")
         record = np.zeros((n, GRAIN))
         record[:, 0:3] = positions
-        record[:, 3:6] = velocities_m_s
-        record[:, 6:9] = np.asarray(angular_velocities_rad_s, float) * radii[:, None]
+        record[:, VX : VX + 3] = velocities_m_s
+        record[:, UX : UX + 3] = np.asarray(angular_velocities_rad_s, float) * radii[:, None]
         mass = self.materials[material].density_kg_m3 * 4.0 / 3.0 * np.pi * radii**3
         record[:, INVERSE_MASS] = 1.0 / mass
         record[:, FREE] = 1.0
@@ -230,11 +235,12 @@ class Simulation:
 
     def _allocate(self, grains, material, pairs_per_grain=8.0, walls_per_grain=2.0):
         n = len(grains) // GRAIN
-        self._grains, self._material = grains, material
-        self._loads = np.zeros(n * LOAD, self._type)
+        self._grains, self._material = aligned_zeros(len(grains), float), material
+        self._grains[:] = grains
+        self._loads = aligned_zeros(n * LOAD, self._type)
         self._pairs, self._spare, self._contacts = self._new_lists(n, int(n * pairs_per_grain) + 64)
         self._wall_pairs, self._wall_spare, self._wall_contacts = self._new_lists(n, int(n * walls_per_grain) + 64)
-        self._buffer = np.zeros(BUFFER * BLOCK, self._type)
+        self._buffer = aligned_zeros(BUFFER * BLOCK, self._type)
         self._origin = np.zeros((n, 3))
         self._list_age = np.full(2, loop.LISTS_STALE)
 
@@ -245,7 +251,7 @@ class Simulation:
         ]
         n_blocks = capacity // BLOCK + 1
         indices = [np.zeros(n_blocks * BLOCK, np.int32) for _ in range(3)]
-        return (*lists, loop.Contacts(*indices, np.zeros(n_blocks * BLOCK * ROWS, self._type)))
+        return (*lists, loop.Contacts(*indices, aligned_zeros(n_blocks * BLOCK * ROWS, self._type)))
 
     def _lengthen(self, reason):
         """Give the list that was too short half as much room again."""
@@ -299,8 +305,8 @@ class Simulation:
                 self._grains, self._material, self._loads, self._walls,
                 self._pairs, self._wall_pairs, self._spare, self._wall_spare, self._contacts, self._wall_contacts,
                 self._pair_table, len(self.materials), self._glued, self._carrier, self._gravity, self._period, self._buffer,
-                loop.Constants(*(self._type(value) for value in (self.time_step_s, 1.0, 0.0, 1e-30))),
-                self.time_step_s, self._skin, self._speed_limit, remaining, self._elastic_rolling, self._origin, self._list_age,
+                loop.Constants(*(self._type(value) for value in (self.time_step_s, 1.0, 0.0, TINY))),
+                self.time_step_s, self._skin, self._speed_limit, remaining, self._options, self._origin, self._list_age,
                 mean_force,
             )  # fmt: skip
             forces += mean_force * done
@@ -349,7 +355,7 @@ class Simulation:
         record = self._records
         if not np.isfinite(record).all():
             raise SimulationError(f"blew up: a grain's state is not finite after t = {self.time_s:.4g} s")
-        speed = np.linalg.norm(record[:, 3:6], axis=1)
+        speed = np.linalg.norm(record[:, VX : VX + 3], axis=1)
         k = int(np.argmax(speed))
         raise SimulationError(
             f"blew up: grain {k} moves at {speed[k]:.3g} m/s after t = {self.time_s:.4g} s, "
@@ -399,7 +405,7 @@ class Simulation:
     def grains(self) -> Grains:
         """A copy of the grains' state."""
         record, radii = self._records, self._records[:, RADIUS]
-        return Grains(record[:, 0:3].copy(), record[:, 3:6].copy(), record[:, 6:9] / radii[:, None], radii.copy())
+        return Grains(record[:, 0:3].copy(), record[:, VX : VX + 3].copy(), record[:, UX : UX + 3] / radii[:, None], radii.copy())
 
     @property
     def kinetic_energy_j(self) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 
 from dem.jit import jit
 from dem.layout import BLOCK as B
-from dem.layout import GRAIN, INV_R_I, LOAD, RADIUS, U
+from dem.layout import FORCE, GRAIN, LOAD, QX, RADIUS, RESIST, RESISTANCE, TWIST, UX, VX, U
 
 BOX, TUBE = 0, 1
 
@@ -130,58 +130,97 @@ def from_arrays(wall: Wall, arrays: WallArrays, w: int) -> Wall:
 
 
 @jit
+def box_separation(x, y, z, geometry, w):
+    """Vector in m from the nearest point of box w to a point."""
+    return (
+        x - min(max(x, geometry[w, 0]), geometry[w, 3]),
+        y - min(max(y, geometry[w, 1]), geometry[w, 4]),
+        z - min(max(z, geometry[w, 2]), geometry[w, 5]),
+    )
+
+
+@jit
+def tube_separation(x, y, z, geometry, w):
+    """Vector in m from the nearest point of tube w to a point."""
+    x -= geometry[w, 0]
+    y -= geometry[w, 1]
+    outwards = 1.0 - geometry[w, 6] / math.sqrt(x * x + y * y + 1e-30)
+    return x * outwards, y * outwards, z - min(max(z, geometry[w, 2]), geometry[w, 5])
+
+
+@jit
 def wall_separation(grains, o, walls, w):
     """Vector in m from the nearest point of wall w to the centre of the grain whose record starts at o."""
-    g = walls.geometry
     x, y, z = grains[o], grains[o + 1], grains[o + 2]
     if walls.kind[w] == BOX:
-        return (
-            x - min(max(x, g[w, 0]), g[w, 3]),
-            y - min(max(y, g[w, 1]), g[w, 4]),
-            z - min(max(z, g[w, 2]), g[w, 5]),
-        )
-    x -= g[w, 0]
-    y -= g[w, 1]
-    outwards = 1.0 - g[w, 6] / math.sqrt(x * x + y * y + 1e-30)
-    return x * outwards, y * outwards, z - min(max(z, g[w, 2]), g[w, 5])
+        return box_separation(x, y, z, walls.geometry, w)
+    return tube_separation(x, y, z, walls.geometry, w)
 
 
 @jit
-def gather_walls(grains, walls, first, second, n, b, c, with_rolling):
-    """Fill the work buffer for n wall contacts."""
-    for q in range(n):
-        w = second[q]
-        o = GRAIN * first[q]
-        x, y, z = wall_separation(grains, o, walls, w)
-        r = grains[o + RADIUS]
-        b[q] = x
-        b[B + q] = y
-        b[2 * B + q] = z
-        b[3 * B + q] = r * r - (x * x + y * y + z * z)
-        for t in range(3):
-            b[(4 + t) * B + q] = grains[o + 3 + t] - walls.velocity[w, t]
-            b[(7 + t) * B + q] = grains[o + 6 + t]
-        if with_rolling:
+def gather_walls(grains, walls, first, second, n, b):
+    """Fill the work buffer for n wall contacts, which stand wall by wall."""
+    begin = 0
+    while begin < n:
+        end = end_of_run(second, begin, n)
+        w = second[begin]
+        if walls.kind[w] == BOX:
+            for q in range(begin, end):
+                o = np.uint64(GRAIN * first[q])
+                apart = box_separation(grains[o], grains[o + U[1]], grains[o + U[2]], walls.geometry, w)
+                store(apart, grains[o + U[RADIUS]], q, b)
+        else:
+            for q in range(begin, end):
+                o = np.uint64(GRAIN * first[q])
+                store(
+                    tube_separation(grains[o], grains[o + U[1]], grains[o + U[2]], walls.geometry, w), grains[o + U[RADIUS]], q, b
+                )
+        for q in range(begin, end):
+            o = np.uint64(GRAIN * first[q])
             for t in range(3):
-                b[(10 + t) * B + q] = grains[o + 6 + t] * c[INV_R_I * B + q]
+                b[(4 + t) * B + q] = grains[o + U[VX + t]] - walls.velocity[w, t]
+                b[(7 + t) * B + q] = grains[o + U[UX + t]]
+                b[(10 + t) * B + q] = grains[o + U[UX + t]]
+        begin = end
 
 
 @jit
-def scatter_walls(loads, walls, first, second, n, b, c, with_rolling):
-    """Add the loads of n wall contacts to their grains and the reactions to the walls."""
+def store(apart, r, q, b):
+    """Put one separation and r^2 - d^2 into the work buffer."""
+    x, y, z = apart
+    b[q] = x
+    b[B + q] = y
+    b[2 * B + q] = z
+    b[3 * B + q] = r * r - (x * x + y * y + z * z)
+
+
+@jit
+def end_of_run(values, begin, n):
+    """Where the run of equal values that begins at `begin` ends."""
+    end = begin + 1
+    while end < n and values[end] == values[begin]:
+        end += 1
+    return end
+
+
+@jit
+def scatter_walls(loads, walls, first, second, n, b):
+    """Add the loads of n wall contacts, which stand wall by wall, to their grains and the reactions to the walls."""
     for q in range(n):
-        w = second[q]
         a = np.uint64(LOAD * first[q])
         for t in range(3):
-            f = b[t * B + q]
-            loads[a + U[t]] += f
-            walls.force[w, t] -= f
-            loads[a + U[3 + t]] += b[(3 + t) * B + q]
-        if with_rolling:
-            for t in range(3):
-                loads[a + U[3 + t]] += b[(10 + t) * B + q] * c[INV_R_I * B + q]
-        else:
-            loads[a + U[6]] += b[6 * B + q]
+            loads[a + U[t]] += b[(FORCE + t) * B + q]
+            loads[a + U[QX + t]] += b[(TWIST + t) * B + q]
+        loads[a + U[RESIST]] += b[RESISTANCE * B + q]
+    begin = 0
+    while begin < n:
+        end = end_of_run(second, begin, n)
+        for t in range(3):
+            total = 0.0
+            for q in range(begin, end):
+                total += b[(FORCE + t) * B + q]
+            walls.force[second[begin], t] -= total
+        begin = end
 
 
 @jit

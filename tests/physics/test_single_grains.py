@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import dem
+from dem.layout import UY, VX
 
 GLASS = {"density_kg_m3": 2800.0, "poisson_ratio": 0.2, "shear_modulus_pa": 4.8e10 / 2.4}
 ALUMINIUM = {"density_kg_m3": 2699.0, "poisson_ratio": 0.3, "shear_modulus_pa": 7e10 / 2.6}
@@ -126,7 +127,7 @@ def on_ground(mu_s, mu_r, velocity, gravity=(0.0, 0.0, -9.81), **settings):
     simulation.add_grains([(0, 0, r * (1 - 1e-5))], r, "grain")
     simulation.run(0.05)
     record = simulation._records
-    record[:, 3:6] += velocity
+    record[:, VX : VX + 3] += velocity
     return simulation
 
 
@@ -143,7 +144,7 @@ def test_a_sliding_sphere_starts_to_roll_at_five_sevenths_of_its_speed():
 def test_type_a_brakes_a_rolling_sphere_with_the_torque_mu_r_F_R():
     mu_r, v0, r = 0.01, 0.1, 1e-3
     simulation = on_ground(0.5, mu_r, (v0, 0, 0))
-    simulation._records[:, 7] = v0  # rolling: spin velocity equals speed
+    simulation._records[:, UY] = v0  # rolling: spin velocity equals speed
     simulation.run(0.2)
     braked = 5 * mu_r * 9.81 / (7 * r) * 0.2 * r
     assert v0 - simulation.grains.velocities_m_s[0, 0] == pytest.approx(braked, rel=0.02)

@@ -1,7 +1,7 @@
 """The contact stage: BLOCK contacts at a time, branch-free, so that LLVM vectorises it.
 
-One call turns relative positions and velocities (work buffer, see `dem.layout`) into loads: on leaving, the buffer's rows hold
-force on i (0-2), Q_t on both grains (3-5), rolling resistance (6) and, for type C, the rolling moment on i (10-12).
+One call turns relative positions and velocities (work buffer, see `dem.layout`) into loads: force on i, Q on i, rolling
+resistance of both grains (nothing with type C), and with type C Q on j; with type A that is Q on i.
 Walls go through the same stage as a "grain" j of zero radius, infinite mass and no spin.
 
 The lever arm of grain i is r_i d / (r_i + r_j): the contact point divides the overlap, so angular momentum is conserved exactly.
@@ -10,11 +10,38 @@ The lever arm of grain i is r_i d / (r_i + r_j): the contact point divides the o
 import math
 
 from dem.contact.hertz import normal_force
-from dem.contact.mindlin import slip_factor
+from dem.contact.mindlin import slip
 from dem.contact.rolling import plastic_factor
 from dem.jit import jit
 from dem.layout import BLOCK as B
-from dem.layout import C_N, C_T, HISTORY, K_N, K_T, MU_R, MU_S, R_STAR, R_SUM
+from dem.layout import (
+    C_N,
+    C_T,
+    FORCE,
+    HISTORY,
+    INV_R_I,
+    INV_R_J,
+    INV_R_SUM,
+    K_N,
+    K_T,
+    MU_R,
+    MU_S,
+    R_STAR,
+    RESISTANCE,
+    TWIST,
+    TWIST_J,
+)
+
+
+@jit
+def separation(q, b, inv_R_sum, one, tiny):
+    """Of contact q: unit normal, d / R_sum and overlap, the latter from the gap R_sum^2 - d^2 that was rounded only once."""
+    x, y, z = b[q], b[B + q], b[2 * B + q]
+    d2 = x * x + y * y + z * z
+    inv_d = one / math.sqrt(d2)
+    arm = d2 * inv_d * inv_R_sum
+    overlap = max(b[3 * B + q] * inv_R_sum / (one + arm), tiny)
+    return x * inv_d, y * inv_d, z * inv_d, arm, overlap
 
 
 @jit
@@ -27,22 +54,13 @@ def contact_stage(n, b, c, dt, one, zero, tiny):
     dt, one, zero, tiny : time step and constants in the contact precision (a plain literal would promote to float64).
     """
     for q in range(n):
-        gap = b[3 * B + q]
-        R_sum = c[R_SUM * B + q]
-        d2 = R_sum * R_sum - gap
-        inv_d = one / math.sqrt(d2)
-        d = d2 * inv_d
-        touching = one if gap > zero else zero
-        overlap = max(gap / (R_sum + d), tiny)
-        nx = b[q] * inv_d
-        ny = b[B + q] * inv_d
-        nz = b[2 * B + q] * inv_d
+        nx, ny, nz, arm, overlap = separation(q, b, c[INV_R_SUM * B + q], one, tiny)
+        touching = one if b[3 * B + q] > zero else zero
         root = math.sqrt(overlap)
         fourth_root = math.sqrt(root)
         vx = b[4 * B + q]
         vy = b[5 * B + q]
         vz = b[6 * B + q]
-        arm = d / R_sum
         ux = b[7 * B + q] * arm
         uy = b[8 * B + q] * arm
         uz = b[9 * B + q] * arm
@@ -64,56 +82,59 @@ def contact_stage(n, b, c, dt, one, zero, tiny):
         fy = S_t * sy + D_t * ty
         fz = S_t * sz + D_t * tz
         push = max(f_n, zero)
-        slip = slip_factor(math.sqrt(fx * fx + fy * fy + fz * fz), c[MU_S * B + q] * push, one, tiny)
-        fx *= slip
-        fy *= slip
-        fz *= slip
-        inv_S = touching / S_t
-        sticks = slip >= one
-        c[HISTORY * B + q] = sx * touching if sticks else (fx - D_t * tx) * inv_S
-        c[(HISTORY + 1) * B + q] = sy * touching if sticks else (fy - D_t * ty) * inv_S
-        c[(HISTORY + 2) * B + q] = sz * touching if sticks else (fz - D_t * tz) * inv_S
+        factor, inv_S = slip(math.sqrt(fx * fx + fy * fy + fz * fz), c[MU_S * B + q] * push, S_t, one, tiny)
+        fx *= factor
+        fy *= factor
+        fz *= factor
+        sticks = factor >= one
+        c[HISTORY * B + q] = touching * (sx if sticks else (fx - D_t * tx) * inv_S)
+        c[(HISTORY + 1) * B + q] = touching * (sy if sticks else (fy - D_t * ty) * inv_S)
+        c[(HISTORY + 2) * B + q] = touching * (sz if sticks else (fz - D_t * tz) * inv_S)
         f_n *= touching
         fx *= touching
         fy *= touching
         fz *= touching
-        b[q] = f_n * nx - fx
-        b[B + q] = f_n * ny - fy
-        b[2 * B + q] = f_n * nz - fz
-        b[3 * B + q] = arm * (ny * fz - nz * fy)
-        b[4 * B + q] = arm * (nz * fx - nx * fz)
-        b[5 * B + q] = arm * (nx * fy - ny * fx)
-        b[6 * B + q] = push * touching * c[MU_R * B + q]
-        b[13 * B + q] = S_t
-        b[14 * B + q] = nx
-        b[15 * B + q] = ny
-        b[16 * B + q] = nz
+        b[FORCE * B + q] = f_n * nx - fx
+        b[(FORCE + 1) * B + q] = f_n * ny - fy
+        b[(FORCE + 2) * B + q] = f_n * nz - fz
+        b[TWIST * B + q] = arm * (ny * fz - nz * fy)
+        b[(TWIST + 1) * B + q] = arm * (nz * fx - nx * fz)
+        b[(TWIST + 2) * B + q] = arm * (nx * fy - ny * fx)
+        b[RESISTANCE * B + q] = push * touching * c[MU_R * B + q]
 
 
 @jit
-def rolling_stage(n, b, c, dt, one, tiny):
-    """Elastic-plastic rolling moments of n contacts, after `contact_stage`, which leaves mu_r F_n, S_t and n in the buffer."""
+def rolling_stage(n, b, c, dt, one, zero, tiny):
+    """Elastic-plastic rolling moments of n contacts, after `contact_stage`: type C in place of type A."""
+    half = one / (one + one)
     for q in range(n):
-        nx = b[14 * B + q]
-        ny = b[15 * B + q]
-        nz = b[16 * B + q]
-        wx = b[10 * B + q] * dt + c[(HISTORY + 3) * B + q]
-        wy = b[11 * B + q] * dt + c[(HISTORY + 4) * B + q]
-        wz = b[12 * B + q] * dt + c[(HISTORY + 5) * B + q]
+        nx, ny, nz, _, overlap = separation(q, b, c[INV_R_SUM * B + q], one, tiny)
+        turn_i = half * dt * c[INV_R_I * B + q]  # of u_i = (sum + difference) / 2
+        turn_j = half * dt * c[INV_R_J * B + q]
+        both, differ = turn_i - turn_j, turn_i + turn_j
+        wx = b[7 * B + q] * both + b[10 * B + q] * differ + c[(HISTORY + 3) * B + q]
+        wy = b[8 * B + q] * both + b[11 * B + q] * differ + c[(HISTORY + 4) * B + q]
+        wz = b[9 * B + q] * both + b[12 * B + q] * differ + c[(HISTORY + 5) * B + q]
         w_n = wx * nx + wy * ny + wz * nz
         wx -= w_n * nx
         wy -= w_n * ny
         wz -= w_n * nz
         R_star = c[R_STAR * B + q]
-        k_r = b[13 * B + q] * R_star * R_star
-        limit = b[6 * B + q] * R_star
-        factor = plastic_factor(k_r * math.sqrt(wx * wx + wy * wy + wz * wz), limit, one, tiny)
+        k_r = c[K_T * B + q] * math.sqrt(overlap) * R_star * R_star
+        limit = b[RESISTANCE * B + q] * R_star
+        factor = plastic_factor(k_r * math.sqrt(wx * wx + wy * wy + wz * wz), limit, one, tiny * tiny)
         wx *= factor
         wy *= factor
         wz *= factor
         c[(HISTORY + 3) * B + q] = wx
         c[(HISTORY + 4) * B + q] = wy
         c[(HISTORY + 5) * B + q] = wz
-        b[10 * B + q] = -k_r * wx
-        b[11 * B + q] = -k_r * wy
-        b[12 * B + q] = -k_r * wz
+        k_i = k_r * c[INV_R_I * B + q]
+        k_j = k_r * c[INV_R_J * B + q]
+        b[TWIST_J * B + q] = b[TWIST * B + q] + k_j * wx
+        b[(TWIST_J + 1) * B + q] = b[(TWIST + 1) * B + q] + k_j * wy
+        b[(TWIST_J + 2) * B + q] = b[(TWIST + 2) * B + q] + k_j * wz
+        b[TWIST * B + q] -= k_i * wx
+        b[(TWIST + 1) * B + q] -= k_i * wy
+        b[(TWIST + 2) * B + q] -= k_i * wz
+        b[RESISTANCE * B + q] = zero

@@ -33,6 +33,11 @@ def damping(G_star, R_star, m_star, beta):
 
 
 @jit
-def slip_factor(trial, limit, one, tiny):
-    """By how much a trial force of magnitude `trial` must shrink to obey Coulomb: 1 when it sticks."""
-    return min(one, limit / (trial + tiny))
+def slip(trial, limit, S_t, one, tiny):
+    """By how much a trial force of magnitude `trial` must shrink to obey Coulomb (1 when it sticks), and 1 / S_t.
+
+    Both come from one division, the slowest operation here.
+    """
+    magnitude = trial + tiny
+    inverse = one / (magnitude * S_t)
+    return min(one, limit * S_t * inverse), magnitude * inverse

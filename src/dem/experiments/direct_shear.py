@@ -129,6 +129,7 @@ def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
         time_step_rayleigh_ratio=engine.time_step_rayleigh_ratio,
         rolling_model=engine.rolling_model,
         precision=engine.precision,
+        vector_code=engine.vector_code,
         floor_m=-2.0 * soil.sizes.largest_m,
     )
     simulation.add_grains(positions, radii, "soil")

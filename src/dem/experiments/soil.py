@@ -46,6 +46,7 @@ class Engine:
 
     rolling_model: str = "type_a"
     precision: str = "float32"
+    vector_code: bool = True
     gravity_m_s2: float = 9.81
     time_step_rayleigh_ratio: float = 0.2
     stiffness_reduction: float = 1.0

@@ -1,0 +1,109 @@
+"""Gather and scatter of grain pairs: records at scattered places into the rows of the work buffer, and back.
+
+These are the plain versions; `dem.vectors` has their twins in vector code.
+"""
+
+import numpy as np
+
+from dem.jit import jit
+from dem.layout import BLOCK as B
+from dem.layout import FORCE, GRAIN, LOAD, QX, RADIUS, RESISTANCE, TWIST, TWIST_J, UX, UY, UZ, VX, VY, VZ, U
+from dem.neighbours import nearest_image
+
+
+@jit
+def store_separation(x, y, z, R_sum, q, b):
+    """Put one pair's separation and R_sum^2 - d^2 into the work buffer: computed in float64, then rounded."""
+    b[q] = x
+    b[B + q] = y
+    b[2 * B + q] = z
+    b[3 * B + q] = R_sum * R_sum - (x * x + y * y + z * z)
+
+
+@jit
+def store_velocities(grains, i, j, q, b):
+    """Put one pair's relative velocity and sum of spin velocities into the work buffer."""
+    b[4 * B + q] = grains[i + U[VX]] - grains[j + U[VX]]
+    b[5 * B + q] = grains[i + U[VY]] - grains[j + U[VY]]
+    b[6 * B + q] = grains[i + U[VZ]] - grains[j + U[VZ]]
+    b[7 * B + q] = grains[i + U[UX]] + grains[j + U[UX]]
+    b[8 * B + q] = grains[i + U[UY]] + grains[j + U[UY]]
+    b[9 * B + q] = grains[i + U[UZ]] + grains[j + U[UZ]]
+
+
+@jit
+def gather_pairs(grains, first, second, n, b):
+    """Fill the work buffer for n pairs."""
+    for q in range(n):
+        i = np.uint64(first[q] * GRAIN)
+        j = np.uint64(second[q] * GRAIN)
+        x = grains[i] - grains[j]
+        y = grains[i + U[1]] - grains[j + U[1]]
+        z = grains[i + U[2]] - grains[j + U[2]]
+        store_separation(x, y, z, grains[i + U[RADIUS]] + grains[j + U[RADIUS]], q, b)
+        store_velocities(grains, i, j, q, b)
+
+
+@jit
+def gather_periodic_pairs(grains, period, frequency, first, second, n, b):
+    """As `gather_pairs`, with separations to the nearest periodic image; frequency is 1/period, 0 where not periodic."""
+    for q in range(n):
+        i = np.uint64(first[q] * GRAIN)
+        j = np.uint64(second[q] * GRAIN)
+        x = grains[i] - grains[j]
+        y = grains[i + U[1]] - grains[j + U[1]]
+        z = grains[i + U[2]] - grains[j + U[2]]
+        x = nearest_image(x, period[0], frequency[0])
+        y = nearest_image(y, period[1], frequency[1])
+        z = nearest_image(z, period[2], frequency[2])
+        store_separation(x, y, z, grains[i + U[RADIUS]] + grains[j + U[RADIUS]], q, b)
+        store_velocities(grains, i, j, q, b)
+
+
+@jit
+def gather_rolling(grains, first, second, n, b):
+    """Add the difference of spin velocities u_i - u_j of n pairs to the work buffer (type C)."""
+    for q in range(n):
+        i = first[q] * GRAIN
+        j = second[q] * GRAIN
+        for t in range(3):
+            b[(10 + t) * B + q] = grains[i + UX + t] - grains[j + UX + t]
+
+
+@jit
+def scatter_pairs(loads, first, second, n, b):
+    """Add the loads of n pairs to their grains (type A)."""
+    for q in range(n):
+        i = np.uint64(first[q] * LOAD)
+        j = np.uint64(second[q] * LOAD)
+        fx, fy, fz = b[FORCE * B + q], b[(FORCE + 1) * B + q], b[(FORCE + 2) * B + q]
+        qx, qy, qz = b[TWIST * B + q], b[(TWIST + 1) * B + q], b[(TWIST + 2) * B + q]
+        resist = b[RESISTANCE * B + q]
+        loads[i] += fx
+        loads[i + U[1]] += fy
+        loads[i + U[2]] += fz
+        loads[i + U[3]] += qx
+        loads[i + U[4]] += qy
+        loads[i + U[5]] += qz
+        loads[i + U[6]] += resist
+        loads[j] -= fx
+        loads[j + U[1]] -= fy
+        loads[j + U[2]] -= fz
+        loads[j + U[3]] += qx
+        loads[j + U[4]] += qy
+        loads[j + U[5]] += qz
+        loads[j + U[6]] += resist
+
+
+@jit
+def scatter_rolling(loads, first, second, n, b):
+    """Add the loads of n pairs to their grains (type C: the torques on i and j differ)."""
+    for q in range(n):
+        i = np.uint64(first[q] * LOAD)
+        j = np.uint64(second[q] * LOAD)
+        for t in range(3):
+            f = b[(FORCE + t) * B + q]
+            loads[i + U[t]] += f
+            loads[j + U[t]] -= f
+            loads[i + U[QX + t]] += b[(TWIST + t) * B + q]
+            loads[j + U[QX + t]] += b[(TWIST_J + t) * B + q]

@@ -1,0 +1,97 @@
+"""The vector code against its plain twins: same inputs, same outputs within rounding."""
+
+import numpy as np
+import pytest
+
+from dem import motion, pairs, vectors
+from dem.layout import BLOCK, BUFFER, FREE, GRAIN, INVERSE_MASS, LOAD, RADIUS, UX, VX, aligned_zeros
+
+PRECISIONS = [np.float32, np.float64]
+#: Rows of the work buffer that a scatter reads lie among all of them; a gather writes these.
+GATHERED, DIFFERENCES = range(10), range(10, 13)
+
+
+def random_grains(n, seed):
+    rng = np.random.default_rng(seed)
+    grains = aligned_zeros(GRAIN * n, float)
+    record = grains.reshape(n, GRAIN)
+    record[:, :3] = rng.uniform(0, 20e-4, (n, 3))
+    record[:, RADIUS] = rng.uniform(0.5e-4, 1e-4, n)
+    record[:, VX : VX + 3] = rng.normal(0, 0.1, (n, 3))
+    record[:, UX : UX + 3] = rng.normal(0, 0.1, (n, 3))
+    record[:, INVERSE_MASS] = rng.uniform(1e8, 1e9, n)
+    record[:, FREE] = 1.0
+    record[: n // 10, [INVERSE_MASS, FREE]] = 0.0  # carried by a wall
+    return grains
+
+
+def random_pairs(n_grains, n_pairs, seed):
+    rng = np.random.default_rng(seed)
+    first = rng.integers(0, n_grains, n_pairs).astype(np.int32)
+    second = (first + rng.integers(1, n_grains, n_pairs)).astype(np.int32) % n_grains
+    return first, second.astype(np.int32)
+
+
+def close(a, b, precision):
+    """Equal within a few roundings of the largest value."""
+    return np.abs(a - b).max() <= 8 * np.finfo(precision).eps * np.abs(a).max()
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("n_pairs", [1, 15, 16, 17, 100, BLOCK])
+def test_gather(n_pairs, precision):
+    grains, (first, second) = random_grains(50, 1), random_pairs(50, n_pairs, 2)
+    plain, vector = (aligned_zeros(BUFFER * BLOCK, precision) for _ in range(2))
+    for module, b in ((pairs, plain), (vectors, vector)):
+        module.gather_pairs(grains, first, second, n_pairs, b)
+        module.gather_rolling(grains, first, second, n_pairs, b)
+    for row in (*GATHERED, *DIFFERENCES):
+        a, b = (x.reshape(BUFFER, BLOCK)[row, :n_pairs] for x in (plain, vector))
+        assert np.abs(a).max() > 0
+        assert close(a, b, precision)
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+def test_gather_by_nearest_image(precision):
+    n_pairs = 200
+    grains, (first, second) = random_grains(50, 3), random_pairs(50, n_pairs, 4)
+    period, frequency = np.array([0.0, 15e-4, 10e-4]), np.array([0.0, 1 / 15e-4, 1 / 10e-4])
+    plain, vector = (aligned_zeros(BUFFER * BLOCK, precision) for _ in range(2))
+    pairs.gather_periodic_pairs(grains, period, frequency, first, second, n_pairs, plain)
+    vectors.gather_periodic_pairs(grains, period, frequency, first, second, n_pairs, vector)
+    for row in GATHERED:
+        a, b = (x.reshape(BUFFER, BLOCK)[row, :n_pairs] for x in (plain, vector))
+        assert close(a, b, precision)
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("name", ["scatter_pairs", "scatter_rolling"])
+@pytest.mark.parametrize("n_pairs", [1, 16, 37, BLOCK])
+def test_scatter(name, n_pairs, precision):
+    first, second = random_pairs(50, n_pairs, 5)
+    buffer = np.random.default_rng(6).normal(0, 1, BUFFER * BLOCK).astype(precision)
+    plain, vector = (aligned_zeros(LOAD * 50, precision) for _ in range(2))
+    getattr(pairs, name)(plain, first, second, n_pairs, buffer)
+    getattr(vectors, name)(vector, first, second, n_pairs, buffer)
+    used = np.arange(LOAD * 50) % LOAD < (LOAD - 1 if name == "scatter_pairs" else LOAD - 2)
+    assert np.abs(plain[used]).max() > 0
+    assert close(plain[used], vector[used], precision)
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("n", [1, 16, 45])
+def test_integrate(n, precision):
+    start, gravity, dt = random_grains(n, 7), np.array([1.0, 2.0, -9.81]), 1e-4
+    loads = np.random.default_rng(8).normal(0, 1e-6, LOAD * n).astype(precision)
+    loads[LOAD - 2 :: LOAD] = np.abs(loads[LOAD - 2 :: LOAD])
+    results = []
+    for module in (motion, vectors):
+        grains, work = start.copy(), loads.copy()
+        fastest = module.integrate(grains, work, gravity, dt, precision(0))
+        assert not work.any()
+        results.append((grains.reshape(n, GRAIN), fastest))
+    (plain, fastest), (vector, fastest_2) = results
+    assert (plain != start.reshape(n, GRAIN)).any()
+    for column in range(GRAIN):
+        assert close(plain[:, column], vector[:, column], precision)
+    assert fastest_2 == pytest.approx(fastest, rel=1e-6)
