@@ -38,6 +38,15 @@ smoke: setup  ## the whole workflow in about a minute, with few grains
 paper: setup  ## the paper's exact fidelity: hours
 	$(BIN)/snakemake -c$(CORES) all --configfile config/paper.yaml
 
+bench: setup  ## speed of the engine beside LIGGGHTS and LAMMPS (those that are installed)
+	$(BIN)/python benchmarks/engine.py
+
+bench-quick: setup  ## speed of the engine alone, in under 45 s
+	$(BIN)/python benchmarks/engine.py --quick
+
+bench-scale: setup  ## cost per grain from 3000 to 300 000 grains; one large simulation on several threads
+	$(BIN)/python benchmarks/scale.py
+
 lock: setup  ## resolve the newest versions of all dependencies into requirements.lock
 	$(BIN)/pip install --quiet pip-tools
 	$(BIN)/pip-compile --quiet --upgrade --extra dev --allow-unsafe --no-header --no-annotate --no-emit-index-url --no-emit-find-links \
@@ -46,4 +55,4 @@ lock: setup  ## resolve the newest versions of all dependencies into requirement
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## */\1\t/' | expand -t 12
 
-.PHONY: campaign setup test lint format smoke paper lock help
+.PHONY: campaign setup test lint format smoke paper bench bench-quick bench-scale lock help

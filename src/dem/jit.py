@@ -43,6 +43,11 @@ def jit(function):
     return njit(**JIT_FLAGS)(function)
 
 
+def parallel_jit(function):
+    """Compile a numerical kernel whose `prange` loops run on numba's threads."""
+    return njit(parallel=True, **JIT_FLAGS)(function)
+
+
 def strict_jit(function):
     """Compile a kernel that keeps IEEE rules for NaN and infinity."""
     return njit(**STRICT_FLAGS)(function)

@@ -42,8 +42,12 @@ FARTHEST = 1e5
 #: A grid has at most about so many cells per axis; beyond, cells are made larger.
 MOST_CELLS = 400
 
+#: Most slabs, and fewest grains that are worth a slab.
+SLABS = 16
+GRAINS_PER_SLAB = 2000
+
 #: Neighbouring contacts in a block should not share a grain, or their scatters wait for each other.
-STRIDE = 32
+STRIDE = 16
 
 
 @strict_jit
@@ -104,8 +108,8 @@ def cell_index(grains, i, a, low, shape, period, cell):
 
 
 @strict_jit
-def sort_into_cells(grains, period, cell):
-    """Counting sort of the grains by cell: (low, shape, first grain of each cell, grains in cell order)."""
+def sort_into_cells(grains, period, cell, order):
+    """Counting sort: fills `order`, the grains in cell order; returns (low, shape, first rank of each cell)."""
     n = grains.shape[0] // GRAIN
     low, shape = grid_shape(grains, period, cell)
     n_cells = shape[0] * shape[1] * shape[2]
@@ -119,12 +123,41 @@ def sort_into_cells(grains, period, cell):
         start[c + 1] += 1
     for c in range(n_cells):
         start[c + 1] += start[c]
-    order = np.empty(n, np.int64)
     fill = start[:-1].copy()
     for i in range(n):
         order[fill[where[i]]] = i
         fill[where[i]] += 1
-    return low, shape, start, order
+    return low, shape, start
+
+
+@strict_jit
+def cut_slabs(start, shape, slab):
+    """Cut the grains in cell order into slabs of whole layers of cells along x: slab s has the ranks slab[s] to slab[s + 1].
+
+    The pairs of a slab touch its own grains and the first layer of the next slab (or, across a periodic face, the last layer of
+    all), so the slabs of even number share no grain, nor do those of odd number. How many there are depends on the grains alone,
+    not on the number of threads; unused slabs at the end are empty.
+    """
+    n, layers, area = start[-1], shape[0], shape[1] * shape[2]
+    used = min(SLABS, n // GRAINS_PER_SLAB, layers // 2)
+    used -= used % 2
+    slab[:] = n
+    slab[0] = 0
+    layer = 0
+    for s in range(1, used):
+        layer += 2
+        while start[layer * area] < n * s // used and layer < layers - 2 * (used - s):
+            layer += 1
+        slab[s] = start[layer * area]
+
+
+@strict_jit
+def cut_contacts(row, order, slab, n_entries, begin):
+    """Where each slab's contacts begin in the contact blocks: room in proportion to its entries, at a whole block."""
+    room = begin[SLABS] // BLOCK - SLABS
+    for s in range(SLABS):
+        entry = row[order[slab[s]], 0] if slab[s] < slab[SLABS] else n_entries
+        begin[s] = (entry * room // max(n_entries, 1) + s) * BLOCK
 
 
 @jit
@@ -144,15 +177,17 @@ def nearest_image(dx, period, frequency):
 
 
 @strict_jit
-def find_pairs(grains, period, skin, row, partner):
+def find_pairs(grains, period, skin, row, partner, order, slab):
     """Find every pair closer than r_i + r_j + skin, once; returns how many, or -1 when `partner` may be too short.
 
     A pair belongs to the row of the grain that comes first in cell order, so cells behind a grain need no look.
-    row : (n, 2) int64, begin and end of each grain's row; partner : (capacity,) int32; both overwritten.
+    row : (n, 2) int64, begin and end of each grain's row; partner : (capacity,) int32; order : (n,) grains in cell order;
+    slab : (SLABS + 1,) see `cut_slabs`; all overwritten.
     """
     n = grains.shape[0] // GRAIN
     cell = cell_size(grains, skin)
-    low, shape, start, order = sort_into_cells(grains, period, cell)
+    low, shape, start = sort_into_cells(grains, period, cell, order)
+    cut_slabs(start, shape, slab)
     in_order = np.empty((n, 5))
     for k in range(n):
         o = GRAIN * order[k]
@@ -297,35 +332,43 @@ def interleaved(q):
 
 
 @jit
-def prune_pairs(grains, period, frequency, periodic, outer, reach, contacts, pair_table, n_materials, material):
-    """Copy every outer pair closer than r_i + r_j + reach into contact blocks; returns their number."""
+def prune_slab(s, grains, period, frequency, periodic, outer, reach, contacts, pair_table, n_materials, material):
+    """Copy every outer pair of slab s closer than r_i + r_j + reach into its contact blocks.
+
+    Sets the slab's count, to -1 when there is no room for all.
+    """
+    begin, end = contacts.begin[s], contacts.begin[s + 1]
+    first, second, slot = contacts.first[begin:end], contacts.second[begin:end], contacts.slot[begin:end]
     if periodic:
-        m = near_periodic_pairs(grains, period, frequency, outer, reach, contacts.first, contacts.second, contacts.slot)
+        m = near_periodic_pairs(s, grains, period, frequency, outer, reach, first, second, slot)
     else:
-        m = near_pairs(grains, outer, reach, contacts.first, contacts.second, contacts.slot)
-    first, second, slot = contacts.first, contacts.second, contacts.slot
+        m = near_pairs(s, grains, outer, reach, first, second, slot)
+    contacts.count[s] = m
     for k0 in range(0, m - BLOCK + 1, BLOCK):
         interleave(first[k0 : k0 + BLOCK])
         interleave(second[k0 : k0 + BLOCK])
         interleave(slot[k0 : k0 + BLOCK])
+    block = contacts.block[begin * ROWS : end * ROWS]
     for q in range(m):
         i, j = GRAIN * first[q], GRAIN * second[q]
         pair = pair_table[material[first[q]] * n_materials + material[second[q]]]
-        load_block(contacts.block, q, pair, outer.history[slot[q]], grains, i, grains[j + RADIUS], grains[j + INVERSE_MASS])
-    finish_blocks(contacts.block, m)
-    return m
+        load_block(block, q, pair, outer.history[slot[q]], grains, i, grains[j + RADIUS], grains[j + INVERSE_MASS])
+    finish_blocks(block, m)
 
 
 @jit
-def near_pairs(grains, outer, reach, first, second, slot):
-    """List (i, j, entry) of every outer pair closer than r_i + r_j + reach; returns how many.
+def near_pairs(s, grains, outer, reach, first, second, slot):
+    """List (i, j, entry) of every outer pair of slab s closer than r_i + r_j + reach; returns how many, -1 without enough room.
 
     Every pair is written and only kept by advancing m: no branch to mispredict.
     """
     m = 0
-    for i in range(outer.row.shape[0]):
+    for rank in range(outer.slab[s], outer.slab[s + 1]):
+        i = outer.order[rank]
         o = GRAIN * i
         x, y, z, r = grains[o], grains[o + 1], grains[o + 2], grains[o + RADIUS] + reach
+        if m + outer.row[i, 1] - outer.row[i, 0] > first.shape[0]:
+            return -1
         for k in range(outer.row[i, 0], outer.row[i, 1]):
             j = outer.partner[k]
             p = GRAIN * j
@@ -339,12 +382,15 @@ def near_pairs(grains, outer, reach, first, second, slot):
 
 
 @jit
-def near_periodic_pairs(grains, period, frequency, outer, reach, first, second, slot):
+def near_periodic_pairs(s, grains, period, frequency, outer, reach, first, second, slot):
     """As `near_pairs`, by nearest image."""
     m = 0
-    for i in range(outer.row.shape[0]):
+    for rank in range(outer.slab[s], outer.slab[s + 1]):
+        i = outer.order[rank]
         o = GRAIN * i
         x, y, z, r = grains[o], grains[o + 1], grains[o + 2], grains[o + RADIUS] + reach
+        if m + outer.row[i, 1] - outer.row[i, 0] > first.shape[0]:
+            return -1
         for k in range(outer.row[i, 0], outer.row[i, 1]):
             j = outer.partner[k]
             p = GRAIN * j
@@ -369,7 +415,7 @@ def interleave(values):
 
 @jit
 def prune_walls(grains, walls, outer, reach, contacts, pair_table, n_materials, material):
-    """Copy every outer wall entry closer than r_i + reach into contact blocks, wall by wall; returns their number."""
+    """Copy every outer wall entry closer than r_i + reach into contact blocks, wall by wall."""
     n = outer.row.shape[0]
     n_walls = walls.kind.shape[0]
     start = np.zeros(n_walls + 1, np.int64)
@@ -395,7 +441,7 @@ def prune_walls(grains, walls, outer, reach, contacts, pair_table, n_materials, 
         pair = pair_table[material[i] * n_materials + walls.material[contacts.second[q]]]
         load_block(contacts.block, q, pair, outer.history[contacts.slot[q]], grains, GRAIN * i, 0.0, 0.0)
     finish_blocks(contacts.block, total)
-    return total
+    contacts.count[0] = total
 
 
 @jit
@@ -445,9 +491,11 @@ def finish_block(c, n):
 
 
 @jit
-def save_history(contacts, n_contacts, history):
-    """Write the blocks' contact history back to the outer list."""
-    for q in range(n_contacts):
+def save_slab(s, contacts, history):
+    """Write the contact history of slab s from the blocks back to the outer list, and forget the contacts."""
+    begin = contacts.begin[s]
+    for q in range(begin, begin + contacts.count[s]):
         e = (q // BLOCK) * ROWS * BLOCK + q % BLOCK
         for t in range(N_HISTORY):
             history[contacts.slot[q], t] = contacts.block[e + (HISTORY + t) * BLOCK]
+    contacts.count[s] = 0

@@ -1,5 +1,6 @@
 """The public API on small systems: lists, history, factories, refusals."""
 
+import numba
 import numpy as np
 import pytest
 
@@ -41,17 +42,25 @@ def all_pairs(positions, radii, period, skin):
     return pairs
 
 
+def find_pairs(positions, radii, period, skin, capacity):
+    """(number of pairs or -1, row, partner, order, slab) of the fast search."""
+    n = len(radii)
+    record = np.zeros((n, GRAIN))
+    record[:, :3], record[:, RADIUS], record[:, INVERSE_MASS] = positions, radii, 1.0
+    row, partner = np.zeros((n, 2), np.int64), np.zeros(capacity, np.int32)
+    order, slab = np.zeros(n, np.int64), np.zeros(neighbours.SLABS + 1, np.int64)
+    m = neighbours.find_pairs(record.ravel(), np.asarray(period, float), skin, row, partner, order, slab)
+    return m, row, partner, order, slab
+
+
 @pytest.mark.parametrize("period", [(0, 0, 0), (0, 5e-3, 0), (12e-3, 5e-3, 0), (12e-3, 7.6e-3, 12e-3)])
 @pytest.mark.parametrize("seed", range(4))
 def test_the_cell_list_finds_exactly_the_pairs_that_all_pairs_finds(period, seed):
     rng = np.random.default_rng(seed)
-    n, skin, period = 200, rng.uniform(0.05e-3, 0.4e-3), np.array(period, float)
+    n, skin = 200, rng.uniform(0.05e-3, 0.4e-3)
     positions = rng.uniform(-9e-3, 9e-3, (n, 3))
     radii = rng.uniform(0.5e-3, 1e-3, n)
-    record = np.zeros((n, GRAIN))
-    record[:, :3], record[:, RADIUS], record[:, INVERSE_MASS] = positions, radii, 1.0
-    row, partner = np.zeros((n, 2), np.int64), np.zeros(n * n, np.int32)
-    m = neighbours.find_pairs(record.ravel(), period, skin, row, partner)
+    m, row, partner, _, _ = find_pairs(positions, radii, period, skin, n * n)
     found = [(min(i, j), max(i, j)) for i in range(n) for j in partner[row[i, 0] : row[i, 1]].tolist()]
     assert len(found) == m
     assert len(found) == len(set(found))
@@ -59,9 +68,24 @@ def test_the_cell_list_finds_exactly_the_pairs_that_all_pairs_finds(period, seed
 
 
 def test_a_pair_list_without_room_says_so():
-    record = np.zeros((20, GRAIN))
-    record[:, RADIUS], record[:, INVERSE_MASS] = 1.0, 1.0
-    assert neighbours.find_pairs(record.ravel(), np.zeros(3), 0.1, np.zeros((20, 2), np.int64), np.zeros(5, np.int32)) == -1
+    assert find_pairs(np.zeros((20, 3)), np.ones(20), (0, 0, 0), 0.1, capacity=5)[0] == -1
+
+
+@pytest.mark.parametrize("period_x", [0.0, 100.0])
+def test_slabs_of_the_same_parity_share_no_grain(period_x):
+    n = 20_000
+    positions = np.random.default_rng(1).uniform(0, 1, (n, 3)) * (100.0, 30.0, 30.0)
+    m, row, partner, order, slab = find_pairs(positions, np.full(n, 1.0), (period_x, 0.0, 0.0), 0.2, 40 * n)
+    assert m > n
+    used = np.flatnonzero(np.diff(slab))
+    assert len(used) >= 8
+    touched = []
+    for s in range(neighbours.SLABS):
+        owners = [i for i in order[slab[s] : slab[s + 1]].tolist() if row[i, 1] > row[i, 0]]
+        touched.append(set(owners).union(*(partner[row[i, 0] : row[i, 1]].tolist() for i in owners)))
+    for parity in (0, 1):
+        sets = touched[parity::2]
+        assert sum(map(len, sets)) == len(set().union(*sets))
 
 
 def test_a_crowd_that_overflows_the_first_lists_runs_like_any_other():
@@ -207,3 +231,43 @@ def test_a_blow_up_is_an_error_that_says_what_and_when():
 def test_impossible_input_is_refused_with_name_value_and_what_is_allowed(make_it, message):
     with pytest.raises(ValueError, match=message.replace(".", r"\.")):
         make_it()
+
+
+@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one processor core")
+def test_any_number_of_threads_gives_the_same_bytes():
+    """Enough grains for several slabs and for sorting in space."""
+    states = []
+    for threads in (1, 2):
+        simulation = make([floor()], threads=threads)
+        region = dem.BoxRegion(low_m=(-0.1, -0.04), high_m=(0.1, 0.04), bottom_m=0.0)
+        factory = dem.Factory(n_grains=12_000, region=region, sizes=dem.Sizes(mean_m=RADIUS_M), material="soil", seed=1)
+        simulation.add_factory(factory)
+        simulation.advance(400)
+        assert np.count_nonzero(np.diff(simulation._pairs.slab)) > 1
+        states.append(simulation.grains)
+    one, two = states
+    assert one.velocities_m_s.any()
+    for name in ("positions_m", "velocities_m_s", "angular_velocities_rad_s"):
+        assert getattr(one, name).tobytes() == getattr(two, name).tobytes()
+
+
+def test_sorting_in_space_leaves_grains_and_contacts_as_they_were():
+    simulation = box_of_grains()
+    simulation.advance(3000)
+    before, kept = simulation.grains, loop_history(simulation)
+    simulation._sort_in_space()
+    after = simulation.grains
+    assert (simulation._ids != np.arange(simulation.n_grains)).any()
+    assert before.positions_m.tobytes() == after.positions_m.tobytes()
+    assert loop_history(simulation) == kept
+    assert any(any(h) for h in kept.values())
+
+
+def loop_history(simulation):
+    """{pair of grain ids: contact history}, pairs in the order of their ids."""
+    history = {}
+    for i in range(simulation.n_grains):
+        for k in range(*simulation._pairs.row[i].tolist()):
+            pair = int(simulation._ids[i]), int(simulation._ids[simulation._pairs.partner[k]])
+            history[pair] = tuple(simulation._pairs.history[k].tolist())
+    return history

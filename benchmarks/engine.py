@@ -1,0 +1,138 @@
+"""Speed of the engine on the paper's base set, alone or beside LIGGGHTS and LAMMPS.
+
+    python benchmarks/engine.py --quick    # our own figures, under 45 s
+    python benchmarks/engine.py            # beside the peers that are installed (see benchmarks/README.md)
+
+One thread. Every engine gets the same grains in the same places: a column at rest in its tube, the tube being lifted, and the
+heap at rest. Windows of the engines alternate, so that a machine that slows down slows all of them; the printed figures are medians
+over the windows in million grain-steps per second, lists and walls included. The last line is JSON.
+"""
+
+import argparse
+import json
+import platform
+import time
+from importlib.metadata import version
+
+import numpy as np
+from peers import Lammps, Liggghts
+
+from dem import Simulation
+from dem.experiments import angle_of_repose
+from dem.experiments.soil import Engine, Soil
+
+#: The paper's base set. The step is 0.2 Rayleigh times, G a tenth of the paper's: ten times the stiffness costs all engines
+#: 3.2 times the steps for the same heap, and makes each a little cheaper.
+SOIL = Soil(
+    radius_m=50e-6,
+    density_kg_m3=3000.0,
+    poisson_ratio=0.2,
+    shear_modulus_pa=5e6,
+    static_friction=0.3,
+    rolling_friction=0.1,
+    restitution=0.5,
+)
+SETUP = angle_of_repose.Setup(
+    n_particles=3000,
+    tube_diameter_ratio=15.0,
+    plate_half_width_ratio=80.0,
+    lift_speed_m_s=5e-3,
+    max_time_s=0.7,
+    scale_radius_m=50e-6,
+)
+FILL_S, LIFT_S = 0.09, 0.05
+STATES = ("column at rest", "tube lifted", "heap at rest")
+WINDOW_STEPS = 1000
+
+
+def prepare(with_heap: bool, **engine) -> dict[str, Simulation]:
+    """One simulation per state, each ready to go on."""
+    states = {}
+    for state in STATES[: 3 if with_heap else 2]:
+        simulation = angle_of_repose.build(SOIL, SETUP, Engine(**engine), seed=1)
+        simulation.run(FILL_S)
+        if state != STATES[0]:
+            simulation.move_wall("tube", (0.0, 0.0, SETUP.lift_speed_m_s))
+            simulation.run(LIFT_S)
+        if state == STATES[2]:
+            simulation.run(SETUP.max_time_s, until=lambda s: angle_of_repose.tube_is_clear(s) and s.is_static())
+        states[state] = simulation
+    return states
+
+
+def window(simulation: Simulation, steps: int) -> float:
+    """Million grain-steps per second over so many steps."""
+    start = time.perf_counter()
+    simulation.advance(steps)
+    return steps * simulation.n_grains / (time.perf_counter() - start) / 1e6
+
+
+def measure(engines: dict, n_windows: int) -> dict[str, dict[str, list[float]]]:
+    """{state: {engine: speeds}}, engines taking turns; `engines` maps a name to {state: function that times a window}."""
+    speeds = {state: {name: [] for name in engines} for state in next(iter(engines.values()))}
+    for _ in range(n_windows):
+        for state, by_engine in speeds.items():
+            for name, samples in by_engine.items():
+                samples.append(engines[name][state]())
+    return speeds
+
+
+def show(speeds) -> None:
+    """Print a table: median, and the range of the windows; ratios against the peers with their spread."""
+    for state, by_engine in speeds.items():
+        print(state)
+        for name, samples in by_engine.items():
+            print(f"  {name:24s} {np.median(samples):7.2f} M grain-steps/s   ({min(samples):.2f} to {max(samples):.2f})")
+        ours = np.array(by_engine["virtual-soil"])
+        for name, samples in by_engine.items():
+            if not name.startswith("virtual-soil"):
+                ratio = ours / np.array(samples)
+                print(f"  ratio to {name:15s} {np.median(ratio):7.1f}   ({ratio.min():.1f} to {ratio.max():.1f})")
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="our own figures only")
+    quick = parser.parse_args().quick
+    start = time.perf_counter()
+    ours = {
+        "virtual-soil": prepare(with_heap=not quick),
+        "virtual-soil, plain numba": prepare(with_heap=not quick, vector_code=False),
+    }
+    engines = {
+        name: {state: lambda s=simulation: window(s, WINDOW_STEPS) for state, simulation in states.items()}
+        for name, states in ours.items()
+    }
+    versions = {name: version(name) for name in ("virtual-soil", "numba", "numpy")}
+    if not quick:
+        for peer in (Liggghts(SOIL, SETUP), Lammps(SOIL, SETUP)):
+            if peer.missing():
+                print(f"{peer.name}: not installed; {peer.how_to_install}")
+                continue
+            peer.tune(ours["virtual-soil"])
+            engines[peer.name] = {state: lambda p=peer, s=state: p.window(s) for state in STATES}
+            versions[peer.name] = peer.version()
+    speeds = measure(engines, n_windows=12 if quick else 8)
+    show(speeds)
+    result = {
+        "unit": "million grain-steps per second, median, one thread",
+        "machine": f"{platform.machine()}, {processor()}",
+        "versions": versions,
+        "speeds": {state: {name: round(float(np.median(v)), 2) for name, v in by.items()} for state, by in speeds.items()},
+        "seconds": round(time.perf_counter() - start, 1),
+    }
+    print(json.dumps(result))
+
+
+def processor() -> str:
+    """Name of the processor, as far as the system tells."""
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            return next(line.split(":")[1].strip() for line in file if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return platform.processor()
+
+
+if __name__ == "__main__":
+    main()
