@@ -2,7 +2,7 @@
 
     python benchmarks/scale.py [largest number of grains]
 
-A bed of grains settles in a wide box; the paper's base set, type A. The last line is JSON.
+A bed of grains comes to rest in a wide box; the paper's base set, type A. The last line is JSON.
 """
 
 import json
@@ -16,12 +16,12 @@ from dem import Box, BoxRegion, Factory, Interaction, Material, Simulation, Size
 
 RADIUS_M = 50e-6
 DEPTH_GRAINS = 24
-SETTLE_S = 0.02
+SETTLE_S = 0.04
 WINDOW_S = 1.5
 
 
 def bed(n_grains: int, threads: int) -> Simulation:
-    """Grains dropped into a box about DEPTH_GRAINS deep, on its way to rest."""
+    """Grains dropped into a box, some DEPTH_GRAINS deep, nearly at rest."""
     side = RADIUS_M * np.sqrt(n_grains / DEPTH_GRAINS * 4.0)
     half = 0.5 * side
     walls = [

@@ -154,10 +154,13 @@ def cut_slabs(start, shape, slab):
 @strict_jit
 def cut_contacts(row, order, slab, n_entries, begin):
     """Where each slab's contacts begin in the contact blocks: room in proportion to its entries, at a whole block."""
-    room = begin[SLABS] // BLOCK - SLABS
-    for s in range(SLABS):
-        entry = row[order[slab[s]], 0] if slab[s] < slab[SLABS] else n_entries
-        begin[s] = (entry * room // max(n_entries, 1) + s) * BLOCK
+    used = 1
+    while used < SLABS and slab[used] < slab[SLABS]:
+        used += 1
+    room = begin[SLABS] // BLOCK - used
+    for s in range(used):
+        begin[s] = (row[order[slab[s]], 0] * room // max(n_entries, 1) + s) * BLOCK if slab[SLABS] > 0 else 0
+    begin[used:SLABS] = begin[SLABS]
 
 
 @jit

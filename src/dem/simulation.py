@@ -14,7 +14,7 @@ from dem import loop, motion
 from dem.factory import Factory
 from dem.layout import BLOCK, BUFFER, FREE, GRAIN, INVERSE_MASS, LOAD, N_HISTORY, RADIUS, ROWS, UX, VX, aligned_zeros
 from dem.material import Interaction, Material, pair_constants, require
-from dem.neighbours import SLABS, cell_size, is_sound, sort_into_cells
+from dem.neighbours import GRAINS_PER_SLAB, SLABS, cell_size, is_sound, sort_into_cells
 from dem.slabs import STRETCHES
 from dem.timestep import stable_time_step
 from dem.walls import Wall, from_arrays, to_arrays
@@ -28,7 +28,7 @@ SKIN_RATIO = 0.55
 LEAST_SKIN_RATIO = 0.2
 
 #: Room in the lists to begin with; they grow when needed. Contacts are the outer list's entries that may touch soon.
-PAIRS_PER_GRAIN, CONTACT_SHARE, WALL_PAIRS_PER_GRAIN = 5.5, 0.8, 0.5
+PAIRS_PER_GRAIN, CONTACT_SHARE, WALL_PAIRS_PER_GRAIN = 5.3, 0.8, 0.5
 
 #: From so many grains on (the second-level cache is full), they are sorted in space every so many steps.
 SORT_FROM, SORT_STEPS = 10_000, 5000
@@ -118,7 +118,8 @@ class Simulation:
         self.n_steps = 0
         self.n_left = 0
         self.mean_wall_forces_n: dict[str, np.ndarray] = {}
-        self._buffers = aligned_zeros(SLABS // 2 * BUFFER * BLOCK, self._type).reshape(SLABS // 2, -1)
+        n_buffers = 1 if threads == 1 else SLABS // 2
+        self._buffers = aligned_zeros(n_buffers * BUFFER * BLOCK, self._type).reshape(n_buffers, -1)
         self._speeds = np.zeros(STRETCHES)
         self._allocate(np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int64))
         self._glued = np.zeros(0, np.int64)
@@ -273,7 +274,7 @@ class Simulation:
             )
             for _ in range(2)
         ]
-        room = (int(capacity * contact_share) // BLOCK + 1 + SLABS) * BLOCK
+        room = (int(capacity * contact_share) // BLOCK + 2 + min(SLABS, n // GRAINS_PER_SLAB)) * BLOCK
         contacts = loop.Contacts(
             first=np.zeros(room, np.int32),
             second=np.zeros(room, np.int32),

@@ -77,7 +77,7 @@ def pair_forces(grains, loads, contacts, period, frequency, buffers, constants, 
     """Loads of all grain-grain contacts: first the slabs of even number, then the others."""
     for parity in range(2):
         for k in range(SLABS // 2):
-            slab_forces(2 * k + parity, grains, loads, contacts, period, frequency, buffers[k], constants, options)
+            slab_forces(2 * k + parity, grains, loads, contacts, period, frequency, buffers[0], constants, options)
 
 
 @parallel_jit
