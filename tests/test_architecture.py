@@ -1,9 +1,14 @@
 """The import rule: workflow knows calibration and dem; these two do not know each other; only dem knows numba."""
 
 import ast
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
+
+from dem.jit import source_hash
 
 SRC = Path(__file__).parents[1] / "src"
 
@@ -29,8 +34,16 @@ def test_packages_know_only_what_lies_below_them(package, forbidden):
 
 
 def test_numba_is_imported_in_one_place():
+    # An import elsewhere could come first, before jit.py has set numba's environment (cache folder, vectoriser).
     importers = [path.name for path in (SRC / "dem").rglob("*.py") if "numba" in set(imported(path))]
     assert importers == ["jit.py"]
+
+
+def test_kernels_are_cached_by_the_package_source(tmp_path):
+    code = "import dem, numba; print(numba.config.CACHE_DIR, numba.config.SLP_VECTORIZE)"
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")} | {"XDG_CACHE_HOME": str(tmp_path)}
+    seen = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert seen.stdout.split() == [str(tmp_path / "virtual-soil" / "kernels" / source_hash()), "1"]
 
 
 def test_experiments_use_the_public_api_only():

@@ -5,7 +5,8 @@ Objectives (Equation 4), x = (r in um, mu_s, mu_r):
 The paper writes absolute values; the sign drops out of the cost and of the Gauss-Newton step. phi4 prefers large grains.
 
 Two optimisers run from the same low-discrepancy starts: the paper's Gauss-Newton, and bounded least squares, which cannot run away.
-The optimum reported is the cheapest minimum inside the simulated design; it is "converged" if Gauss-Newton found it too.
+The optimum reported is the cheapest minimum inside the simulated design. Its status is "converged" if Gauss-Newton found it too,
+"bounded" if only the bounded search did (at an edge of the design, or where Gauss-Newton runs away).
 """
 
 import numpy as np
@@ -97,10 +98,10 @@ def calibrate_case(surrogates, targets, weights, options, variables):
         "n_starts": len(guesses),
         "n_converged": sum(d.converged for d in descents),
         "n_distinct": len(minima),
-        "status": "converged" if hits else "not_converged",
+        "status": "converged" if hits else "bounded",
         "reason": ""
         if hits
-        else f"Gauss-Newton reached it from no start, bounded least squares did; from the nearest start: {shown.reason}",
+        else f"bounded least squares found it, Gauss-Newton from no start; from the nearest start: {shown.reason}",
         "at_bound": ",".join(at_bound),
         "inside_design": bool(((best >= low) & (best <= high)).all()),
     }

@@ -37,7 +37,25 @@ os.environ.setdefault("NUMBA_SLP_VECTORIZE", "1")  # 15-20 % faster kernels; rea
 # OpenMP's threads wait awake between two loops; the others sleep, and waking them takes longer than a step.
 os.environ.setdefault("NUMBA_THREADING_LAYER_PRIORITY", "omp tbb workqueue")
 
-from numba import njit  # noqa: E402  (numba reads its environment at import)
+# numba reads its environment at import, so the rest of the package imports from here what it needs of numba.
+from numba import config, njit, prange, set_num_threads, types  # noqa: E402
+from numba.core import cgutils  # noqa: E402
+from numba.extending import intrinsic  # noqa: E402
+
+__all__ = [
+    "MAX_THREADS",
+    "cgutils",
+    "intrinsic",
+    "jit",
+    "parallel_jit",
+    "prange",
+    "set_num_threads",
+    "source_hash",
+    "strict_jit",
+    "types",
+]
+
+MAX_THREADS = config.NUMBA_NUM_THREADS
 
 
 def jit(function):

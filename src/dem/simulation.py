@@ -7,11 +7,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
 from dem import loop, motion
 from dem.factory import Factory
+from dem.jit import MAX_THREADS, set_num_threads
 from dem.layout import BLOCK, BUFFER, FREE, GRAIN, INVERSE_MASS, LOAD, N_HISTORY, RADIUS, ROWS, UX, VX, aligned_zeros
 from dem.material import Interaction, Material, pair_constants, require
 from dem.neighbours import GRAINS_PER_SLAB, SLABS, cell_size, is_sound, sort_into_cells
@@ -94,7 +94,7 @@ class Simulation:
         require(rolling_model in ("type_a", "type_c"), "rolling_model", repr(rolling_model), "type_a or type_c")
         require(precision in ("float32", "float64"), "precision", repr(precision), "float32 or float64")
         require(0 < smallest_radius_m < math.inf, "smallest_radius_m", smallest_radius_m, "a positive number")
-        require(1 <= threads <= numba.config.NUMBA_NUM_THREADS, "threads", threads, f"1 to {numba.config.NUMBA_NUM_THREADS}")
+        require(1 <= threads <= MAX_THREADS, "threads", threads, f"1 to {MAX_THREADS}")
         self.materials = dict(materials)
         self._material_index = {name: k for k, name in enumerate(materials)}
         self._pair_table = np.full((len(materials) ** 2, 5), np.nan)
@@ -367,7 +367,7 @@ class Simulation:
         while remaining:
             mean_force = np.zeros_like(forces)
             if self._parallel:
-                numba.set_num_threads(self._threads)
+                set_num_threads(self._threads)
             reason, done, _, _ = loop.advance(
                 self._grains, self._material, self._loads, self._walls,
                 self._pairs, self._wall_pairs, self._spare, self._wall_spare, self._contacts, self._wall_contacts,

@@ -4,11 +4,9 @@ Every function comes twice, for one thread and for several; both do the same wor
 the same bytes for any number of threads.
 """
 
-from numba import prange
-
 from dem import motion, pairs, vectors
 from dem.contact.block import contact_stage, rolling_stage
-from dem.jit import jit, parallel_jit
+from dem.jit import jit, parallel_jit, prange
 from dem.layout import BLOCK, GRAIN, LOAD, ROWS
 from dem.neighbours import SLABS, prune_slab, save_slab
 

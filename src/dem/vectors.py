@@ -9,12 +9,9 @@ LLVM translates the fixed vector lengths to what the processor has. Lane pattern
 import math
 
 from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
 from dem import motion, pairs
-from dem.jit import jit
+from dem.jit import cgutils, intrinsic, jit, types
 from dem.layout import BLOCK, FORCE, FREE, GRAIN, INVERSE_MASS, LOAD, RESIST, RESISTANCE, TWIST, TWIST_J, VX
 
 LANES = 16

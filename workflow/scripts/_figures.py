@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 #: Colours that stay apart for colour-blind readers (Okabe & Ito).
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"]
@@ -142,6 +143,9 @@ def radius_sweep(points: dict[str, pd.DataFrame], surrogates: dict) -> Figure:
             if len(home):
                 axes.plot(1e6 * radii, home.iloc[0] * factor(radii), color=colour, linewidth=1)
         axes.set_xscale("log")
+        axes.set_xticks(1e6 * np.sort(table["radius_m"].unique()))
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.xaxis.set_minor_locator(NullLocator())
         axes.set_xlabel(LABELS["radius_m"])
         axes.set_ylabel(LABELS[column])
         axes.legend(fontsize="small")
