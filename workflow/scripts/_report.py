@@ -74,7 +74,7 @@ def build(results: Path, config: dict, versions: dict) -> str:
         reachability=reachability_table(tables["reachability"]),
         reach_remarks=reach_remarks(tables["reachability"]),
         screening=screening_table(tables["screening"]),
-        screening_remarks=screening_remarks(tables["screening"]),
+        screening_remarks=screening_remarks(tables["screening"], config),
         equation=equation_table(surrogates),
         quality=quality_table(surrogates),
         fit_remarks=fit_remarks(tables, surrogates),
@@ -203,13 +203,21 @@ def screening_table(table: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def screening_remarks(table: pd.DataFrame) -> list[str]:
+def screening_remarks(table: pd.DataFrame, config: dict) -> list[str]:
     """Points that are far from EDEM's, and what matters."""
     remarks = []
     difference = table["angle_of_repose_deg"] - table["paper_angle_deg"]
     for name, value in zip(table["parameter"], difference, strict=True):
         if abs(value) > EDEM_TOLERANCE_DEG:
             remarks.append(f"{name}: our heap is {value:+.1f}° from EDEM's, more than {EDEM_TOLERANCE_DEG}°.")
+    radius, base = table.loc[table["parameter"] == "radius_m", "changed_value"], config["material"]["radius_m"]
+    if len(radius) and config["design"]["geometry"] == "scaled":
+        speed, gravity = config["fidelity"]["campaign"]["lift_speed_m_s"], config["engine"]["gravity_m_s2"]
+        lift = [speed / np.sqrt(gravity * r) for r in (base, radius.iloc[0])]
+        remarks.append(
+            f"A change of radius is one of relative lift speed, v/√(g r): from {lift[0]:.3f} to {lift[1]:.3f}. Stiff grains "
+            "without cohesion have no other length scale when the test grows with them; docs/decisions/02 shows that nothing else acts."
+        )
     beyond = table.loc[table["exceeds_noise"], "parameter"].tolist()
     remarks.append(f"Changes beyond the noise between seeds: {', '.join(beyond) or 'none'}.")
     return remarks
