@@ -215,8 +215,8 @@ def screening_remarks(table: pd.DataFrame, config: dict) -> list[str]:
         speed, gravity = config["fidelity"]["campaign"]["lift_speed_m_s"], config["engine"]["gravity_m_s2"]
         lift = [speed / np.sqrt(gravity * r) for r in (base, radius.iloc[0])]
         remarks.append(
-            f"A change of radius is one of relative lift speed, v/√(g r): from {lift[0]:.3f} to {lift[1]:.3f}. Stiff grains "
-            "without cohesion have no other length scale when the test grows with them; docs/decisions/02 shows that nothing else acts."
+            f"A change of radius changes the lift speed relative to √(g r) from {lift[0]:.3f} to {lift[1]:.3f}. Stiff grains "
+            "without cohesion have no other scale when the test grows too; docs/decisions/02 shows that nothing else acts."
         )
     beyond = table.loc[table["exceeds_noise"], "parameter"].tolist()
     remarks.append(f"Changes beyond the noise between seeds: {', '.join(beyond) or 'none'}.")
