@@ -18,6 +18,9 @@ SETTLED_ENERGY_RATIO = 1e-6
 STATIC_ENERGY_RATIO = 1e-8
 #: When fewer than this fraction of the grains is left on the plate, nothing stands.
 LEAST_REMAINING_RATIO = 0.1
+#: Nor when no grain is higher than this, in mean grain diameters: no estimator would find a slope (`dem.measure.heap`), and grains
+#: that spread do not pile up again.
+FLAT_HEIGHT_RATIO = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,10 +83,20 @@ def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
     return simulation
 
 
+def height_m(grains: Grains) -> float:
+    """Height of the highest grain's top; 0 without grains."""
+    return float((grains.positions_m[:, 2] + grains.radii_m).max(initial=0.0))
+
+
 def tube_is_clear(simulation: Simulation) -> bool:
     """Whether the tube's rim is above every grain."""
-    record = simulation.grains
-    return len(record) == 0 or simulation.wall("tube").bottom_m > float((record.positions_m[:, 2] + record.radii_m).max())
+    return simulation.wall("tube").bottom_m > height_m(simulation.grains)
+
+
+def is_flat(grains: Grains, n_particles: int) -> bool:
+    """Whether what is left of n_particles grains is too little or too low to have a slope."""
+    few = len(grains) < LEAST_REMAINING_RATIO * n_particles
+    return few or height_m(grains) < FLAT_HEIGHT_RATIO * 2.0 * float(grains.radii_m.mean())
 
 
 def run(soil: Soil, setup: Setup, engine: Engine, seed: int, each: Callable[[Simulation, str], None] | None = None) -> Heap:
@@ -111,16 +124,16 @@ def run(soil: Soil, setup: Setup, engine: Engine, seed: int, each: Callable[[Sim
 
     simulation.move_wall("tube", (0.0, 0.0, setup.lift_speed_m_s))
     start = simulation.time_s
-    few = LEAST_REMAINING_RATIO * setup.n_particles
-    static = simulation.run(
+    n = setup.n_particles
+    ended = simulation.run(
         setup.max_time_s,
-        until=lambda s: s.n_grains < few or (tube_is_clear(s) and s.is_static(STATIC_ENERGY_RATIO)),
+        until=lambda s: tube_is_clear(s) and (is_flat(s.grains, n) or s.is_static(STATIC_ENERGY_RATIO)),
         each=look("lift"),
     )
-    if simulation.n_grains < few:
+    if is_flat(simulation.grains, n):
         status = "flat"
     else:
-        status = "static" if static else "time_limit"
+        status = "static" if ended else "time_limit"
     return Heap(
         status=status,
         filled=filled,

@@ -1,0 +1,61 @@
+"""How the angle-of-repose test ends."""
+
+import numpy as np
+
+from dem import Grains
+from dem.experiments import angle_of_repose
+from dem.experiments.soil import Engine, Soil
+from dem.measure import heap
+
+RADIUS = 1e-3
+
+
+def make(static_friction, rolling_friction, max_time_s=2.0):
+    soil = Soil(
+        radius_m=RADIUS,
+        density_kg_m3=2500.0,
+        poisson_ratio=0.2,
+        shear_modulus_pa=1e6,
+        static_friction=static_friction,
+        rolling_friction=rolling_friction,
+        restitution=0.5,
+    )
+    setup = angle_of_repose.Setup(
+        n_particles=500,
+        tube_diameter_ratio=10.0,
+        plate_half_width_ratio=60.0,
+        lift_speed_m_s=0.05,
+        max_time_s=max_time_s,
+        scale_radius_m=RADIUS,
+    )
+    return angle_of_repose.run(soil, setup, Engine(stiffness_reduction=1.0, time_step_rayleigh_ratio=0.2), seed=1)
+
+
+def test_a_soil_without_friction_ends_flat_before_the_time_is_up():
+    ended = make(0.0, 0.0)
+    assert ended.status == "flat"
+    assert ended.simulated_time_s < 2.0
+    grains = ended.grains
+    assert heap.measure_heap(grains.positions_m, grains.radii_m).is_flat
+
+
+def test_a_rough_soil_ends_static_and_stands():
+    ended = make(0.9, 0.3)
+    assert ended.status == "static"
+    assert angle_of_repose.height_m(ended.grains) > angle_of_repose.FLAT_HEIGHT_RATIO * 2 * RADIUS
+
+
+def test_a_heap_that_is_still_moving_when_the_time_is_up_is_named_so():
+    assert make(0.9, 0.3, max_time_s=0.02).status == "time_limit"
+
+
+def test_what_the_test_calls_flat_is_flat_to_the_estimators():
+    assert angle_of_repose.FLAT_HEIGHT_RATIO == heap.MIN_HEIGHT_RATIO
+
+
+def test_too_few_grains_are_flat_however_high():
+    n = 5
+    positions = np.column_stack([np.zeros(n), np.zeros(n), RADIUS * (1 + 2 * np.arange(n))])
+    tower = Grains(positions, np.zeros((n, 3)), np.zeros((n, 3)), np.full(n, RADIUS))
+    assert angle_of_repose.is_flat(tower, 10 * n + 1)
+    assert not angle_of_repose.is_flat(tower, n)
