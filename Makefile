@@ -38,6 +38,9 @@ smoke: setup  ## the whole workflow in about a minute, with few grains
 paper: setup  ## the paper's exact fidelity: hours
 	$(BIN)/snakemake -c$(CORES) all --configfile config/paper.yaml
 
+paper-optima: setup  ## every minimum of the published surrogates beside those that the paper prints
+	$(BIN)/python -m calibration.paper_optima
+
 bench: setup  ## speed of the engine beside LIGGGHTS and LAMMPS (those that are installed)
 	$(BIN)/python benchmarks/engine.py
 
@@ -55,4 +58,4 @@ lock: setup  ## resolve the newest versions of all dependencies into requirement
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## */\1\t/' | expand -t 12
 
-.PHONY: campaign setup test lint format smoke paper bench bench-quick bench-scale lock help
+.PHONY: campaign setup test lint format smoke paper paper-optima bench bench-quick bench-scale lock help

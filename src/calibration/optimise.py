@@ -4,18 +4,21 @@ Objectives (Equation 4), x = (r in um, mu_s, mu_r):
     phi1 = (A - A0)/A0,  phi2 = (c - c0)/c0,  phi3 = (phi - phi0)/phi0,  phi4 = 10 (pi/2 - arctan(r - 5))
 The paper writes absolute values; the sign drops out of the cost and of the Gauss-Newton step. phi4 prefers large grains.
 
-Two optimisers run from the same low-discrepancy starts: the paper's Gauss-Newton, and bounded least squares, which cannot run away.
-The optimum reported is the cheapest minimum inside the simulated design. Its status is "converged" if Gauss-Newton found it too,
-"bounded" if only the bounded search did (at an edge of the design, or where Gauss-Newton runs away).
+Two optimisers run from the same low-discrepancy starts: the paper's Gauss-Newton, and bounded, scaled, damped least squares, which
+cannot run away. A global search (differential evolution) checks that nothing cheaper was missed. All distinct minima inside the
+simulated design are kept, and the cheapest is reported: "converged" if Gauss-Newton found it too, "bounded" if only the bounded
+search did (at an edge of the design, or where Gauss-Newton runs away).
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import least_squares
+from scipy.optimize import differential_evolution, least_squares
 from scipy.stats import qmc
 
 from calibration.errors import demand
-from calibration.gauss_newton import Descent, gauss_newton
+from calibration.gauss_newton import Descent, gauss_newton, jacobian
 from calibration.surrogate import RESPONSES, Surrogate
 
 OBJECTIVES = ("angle_of_repose", "cohesion", "friction_angle", "radius")
@@ -53,13 +56,66 @@ def starts(low: np.ndarray, high: np.ndarray, n: int) -> np.ndarray:
     return qmc.scale(sampler.random_base2(int(np.ceil(np.log2(max(n, 2)))))[:n], low, high)
 
 
-def distinct(candidates: list[tuple[float, np.ndarray]], extent: np.ndarray) -> list[tuple[float, np.ndarray]]:
-    """Minima in order of cost, duplicates merged."""
-    found: list[tuple[float, np.ndarray]] = []
-    for cost, x in sorted(candidates, key=lambda candidate: candidate[0]):
-        if all(np.abs((x - other) / extent).max() > SAME for _, other in found):
-            found.append((cost, x))
-    return found
+@dataclass(frozen=True)
+class Minimum:
+    """A local minimum in optimiser units: x (n,), cost, who found it, variables at a bound of the design, conditioning.
+
+    condition_number is that of the weighted Jacobian, each variable scaled by its extent in the design: large means that some
+    combination of the variables is hardly determined.
+    """
+
+    x: np.ndarray
+    cost: float
+    found_by: tuple[str, ...]
+    at_bound: tuple[str, ...]
+    condition_number: float
+
+
+@dataclass(frozen=True)
+class Search:
+    """All that one search found: distinct minima in order of cost, the Gauss-Newton descents, their starts, the global check."""
+
+    minima: list[Minimum]
+    descents: list[Descent]
+    guesses: np.ndarray
+    global_cost: float
+
+
+def search(phi, weights, bounds: np.ndarray, variables, options: dict) -> Search:
+    """Find the minima of 1/2 phi^T W phi between bounds (2, n); options : tolerance, max_iterations, n_starts."""
+    low, high = bounds
+    root = np.sqrt(weights)
+    guesses = starts(low, high, options["n_starts"])
+    descents = [gauss_newton(phi, guess, weights, options["tolerance"], options["max_iterations"]) for guess in guesses]
+    candidates = [(d.cost, d.x, "gauss_newton") for d in descents if d.converged and ((d.x >= low) & (d.x <= high)).all()]
+    for guess in guesses:
+        found = least_squares(lambda x: root * phi(x), guess, bounds=bounds, x_scale=high - low)
+        candidates.append((float(found.cost), found.x, "bounded_least_squares"))
+    best = differential_evolution(lambda x: 0.5 * float(weights @ phi(x) ** 2), bounds.T, seed=SOBOL_SEED, tol=1e-8)
+    refined = least_squares(lambda x: root * phi(x), np.clip(best.x, low, high), bounds=bounds, x_scale=high - low)
+    candidates.append((float(refined.cost), refined.x, "differential_evolution"))
+    minima = []
+    for cost, x, finders in distinct(candidates, high - low):
+        singular = np.linalg.svd(root[:, None] * jacobian(phi, x) * (high - low), compute_uv=False)
+        edge = [
+            name for name, value, a, b in zip(variables, x, low, high, strict=True) if min(value - a, b - value) < SAME * (b - a)
+        ]
+        minima.append(Minimum(x, cost, finders, tuple(edge), float(singular[0] / singular[-1])))
+    return Search(minima, descents, guesses, float(refined.cost))
+
+
+def distinct(
+    candidates: list[tuple[float, np.ndarray, str]], extent: np.ndarray
+) -> list[tuple[float, np.ndarray, tuple[str, ...]]]:
+    """Minima in order of cost, duplicates merged; each with all who found it."""
+    found: list[tuple[float, np.ndarray, list[str]]] = []
+    for cost, x, finder in sorted(candidates, key=lambda candidate: candidate[0]):
+        same = [entry for entry in found if np.abs((x - entry[1]) / extent).max() <= SAME]
+        if not same:
+            found.append((cost, x, [finder]))
+        elif finder not in same[0][2]:
+            same[0][2].append(finder)
+    return [(cost, x, tuple(finders)) for cost, x, finders in found]
 
 
 def calibrate_case(surrogates, targets, weights, options, variables):
@@ -72,7 +128,7 @@ def calibrate_case(surrogates, targets, weights, options, variables):
 
     Returns
     -------
-    (result row as a dict, the Gauss-Newton descent that leads to it or that began nearest to it)
+    (result row as a dict, the Gauss-Newton descent that leads to it or that began nearest to it, the whole Search)
     """
     weights = checked_weights(weights)
     if "radius_m" not in variables:
@@ -80,32 +136,27 @@ def calibrate_case(surrogates, targets, weights, options, variables):
     units = unit_of(variables)
     bounds = np.array([surrogates["cohesion"].ranges[name] for name in variables]).T / units
     low, high = bounds
-    phi = objectives(surrogates, targets, variables)
-    guesses = starts(low, high, options["n_starts"])
-    descents = [gauss_newton(phi, guess, weights, options["tolerance"], options["max_iterations"]) for guess in guesses]
-    inside = [d for d in descents if d.converged and ((d.x >= low) & (d.x <= high)).all()]
-    bounded = [least_squares(lambda x: np.sqrt(weights) * phi(x), guess, bounds=bounds, x_scale=high - low) for guess in guesses]
-    candidates = [(d.cost, d.x) for d in inside] + [(float(b.cost), b.x) for b in bounded]
-    minima = distinct(candidates, high - low)
-    cost, best = minima[0]
-    hits = [d for d in inside if np.abs((d.x - best) / (high - low)).max() <= SAME]
-    shown = min(hits, key=lambda d: d.iterations) if hits else nearest(descents, guesses, best, high - low)
-    at_bound = [name for name, x, a, b in zip(variables, best, low, high, strict=True) if min(x - a, b - x) < SAME * (b - a)]
+    found = search(objectives(surrogates, targets, variables), weights, bounds, variables, options)
+    optimum = found.minima[0]
+    inside = [d for d in found.descents if d.converged and np.abs((d.x - optimum.x) / (high - low)).max() <= SAME]
+    shown = min(inside, key=lambda d: d.iterations) if inside else nearest(found.descents, found.guesses, optimum.x, high - low)
     row = {
-        **dict(zip(variables, (best * units).tolist(), strict=True)),
-        "cost": cost,
+        **dict(zip(variables, (optimum.x * units).tolist(), strict=True)),
+        "cost": optimum.cost,
         "iterations": shown.iterations,
-        "n_starts": len(guesses),
-        "n_converged": sum(d.converged for d in descents),
-        "n_distinct": len(minima),
-        "status": "converged" if hits else "bounded",
+        "n_starts": len(found.guesses),
+        "n_converged": sum(d.converged for d in found.descents),
+        "n_distinct": len(found.minima),
+        "global_cost": found.global_cost,
+        "condition_number": optimum.condition_number,
+        "status": "converged" if inside else "bounded",
         "reason": ""
-        if hits
+        if inside
         else f"bounded least squares found it, Gauss-Newton from no start; from the nearest start: {shown.reason}",
-        "at_bound": ",".join(at_bound),
-        "inside_design": bool(((best >= low) & (best <= high)).all()),
+        "at_bound": ",".join(optimum.at_bound),
+        "inside_design": bool(((optimum.x >= low) & (optimum.x <= high)).all()),
     }
-    return row, shown
+    return row, shown, found
 
 
 def nearest(descents: list[Descent], guesses, best, extent) -> Descent:
@@ -134,21 +185,41 @@ def targets_of(soils: pd.DataFrame, soil: str) -> dict[str, float]:
     return rows.to_dict()
 
 
-def calibrate(surrogates, soils: pd.DataFrame, options: dict, variables, source: str) -> tuple[pd.DataFrame, pd.DataFrame]:
+def calibrate(surrogates, soils: pd.DataFrame, options: dict, variables, source: str) -> tuple[pd.DataFrame, ...]:
     """Optimise every case of options["cases"] on one set of surrogates; `source` ("ours", "published") labels the rows.
 
-    Returns (one row per case with optimum, predictions, targets and status; history of the Gauss-Newton run of each).
+    Returns (one row per case with optimum, predictions, targets and status; history of the Gauss-Newton run of each; one row per
+    distinct minimum of each).
     """
-    rows, history = [], []
+    rows, history, minima = [], [], []
+    units = unit_of(variables)
     for case in options["cases"]:
         targets = targets_of(soils, case["soil"])
-        row, descent = calibrate_case(surrogates, targets, case["weights"], options, variables)
+        row, descent, found = calibrate_case(surrogates, targets, case["weights"], options, variables)
         labels = {"case": case["case"], "soil": case["soil"], "surrogate": source}
-        labels |= {f"weight_{name}": weight for name, weight in zip(OBJECTIVES, case["weights"], strict=True)}
-        predicted = {column: float(surrogates[name].predict(row)) for name, (column, _) in RESPONSES.items()}
+        label_weights = {f"weight_{name}": weight for name, weight in zip(OBJECTIVES, case["weights"], strict=True)}
         wanted = {f"target_{column}": targets[name] for name, (column, _) in RESPONSES.items()}
-        rows.append({**labels, **row, **predicted, **wanted})
+        rows.append({**labels, **label_weights, **row, **predicted(surrogates, row), **wanted})
         for k, (x, cost, step) in enumerate(descent.history):
-            where = dict(zip(variables, (x * unit_of(variables)).tolist(), strict=True))
+            where = dict(zip(variables, (x * units).tolist(), strict=True))
             history.append({"case": case["case"], "surrogate": source, "iteration": k, **where, "cost": cost, "step_norm": step})
-    return pd.DataFrame(rows), pd.DataFrame(history)
+        for rank, minimum in enumerate(found.minima, 1):
+            where = dict(zip(variables, (minimum.x * units).tolist(), strict=True))
+            minima.append(
+                {
+                    **labels,
+                    "rank": rank,
+                    **where,
+                    "cost": minimum.cost,
+                    **predicted(surrogates, where),
+                    "at_bound": ",".join(minimum.at_bound),
+                    "condition_number": minimum.condition_number,
+                    "found_by": ",".join(minimum.found_by),
+                }
+            )
+    return pd.DataFrame(rows), pd.DataFrame(history), pd.DataFrame(minima)
+
+
+def predicted(surrogates, where: dict) -> dict[str, float]:
+    """Value of every response's column at a point."""
+    return {column: float(surrogates[name].predict(where)) for name, (column, _) in RESPONSES.items()}

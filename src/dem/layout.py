@@ -7,7 +7,8 @@ grain record (float64, GRAIN values each): position, radius, velocity, spin velo
     independent of the grain's radius: (2/5) m du/dt = Q, with Q = torque / radius.
 load record (contact precision, LOAD values each): force, Q, rolling resistance (the largest |Q| that opposes spin).
 material pairs (float64, one row of five per ordered pair): see PAIR_E and its neighbours.
-contact block (contact precision, BLOCK contacts per block, ROWS rows of BLOCK values): pair constants and contact history.
+contact block (contact precision, BLOCK contacts per block, ROWS rows of BLOCK values): pair constants and contact history; where
+    all grains are alike, one block of constants serves all contacts.
 work buffer (contact precision, one block): what the gather stage writes, and the loads that the contact stage makes of it.
 """
 

@@ -7,10 +7,11 @@ import numpy as np
 
 from dem import slabs
 from dem.jit import jit
-from dem.layout import BLOCK, GRAIN, N_HISTORY, ROWS
+from dem.layout import BLOCK, GRAIN, N_HISTORY
 from dem.motion import carry_glued
 from dem.neighbours import (
     carry_history,
+    common_constants,
     cut_contacts,
     find_pairs,
     find_wall_pairs,
@@ -50,6 +51,7 @@ class Contacts(NamedTuple):
     """The inner list: grain i, grain or wall j, entry of the outer list, and the contact blocks.
 
     Slab s has count[s] contacts from begin[s] on; the contacts with walls are all in slab 0.
+    alike (1,): whether all contacts have the pair constants in `common`, and those in the blocks are not used.
     """
 
     first: np.ndarray
@@ -58,6 +60,8 @@ class Contacts(NamedTuple):
     block: np.ndarray
     begin: np.ndarray
     count: np.ndarray
+    common: np.ndarray
+    alike: np.ndarray
 
 
 class Options(NamedTuple):
@@ -87,7 +91,7 @@ def wall_forces(grains, loads, walls, contacts, buffer, constants, options):
         first = contacts.first[k0 : k0 + n]
         second = contacts.second[k0 : k0 + n]
         gather_walls(grains, walls, first, second, n, buffer)
-        slabs.contact_loads(n, buffer, contacts.block[k0 * ROWS : (k0 + BLOCK) * ROWS], constants, options)
+        slabs.contact_loads(n, k0, buffer, contacts, constants, options)
         scatter_walls(loads, walls, first, second, n, buffer)
 
 
@@ -186,6 +190,7 @@ def advance(
     reason = FINISHED
     done = 0
     mean_force[:] = 0.0
+    common_constants(grains, contacts, pair_table, n_materials, material)
     for _ in range(n_steps):
         if 2.0 * travel > reach:
             list_age[0] += travel

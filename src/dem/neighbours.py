@@ -353,10 +353,33 @@ def prune_slab(s, grains, period, frequency, periodic, outer, reach, contacts, p
         interleave(slot[k0 : k0 + BLOCK])
     block = contacts.block[begin * ROWS : end * ROWS]
     for q in range(m):
+        load_history(block, q, outer.history[slot[q]])
+    if contacts.alike[0]:
+        return
+    for q in range(m):
         i, j = GRAIN * first[q], GRAIN * second[q]
         pair = pair_table[material[first[q]] * n_materials + material[second[q]]]
-        load_block(block, q, pair, outer.history[slot[q]], grains, i, grains[j + RADIUS], grains[j + INVERSE_MASS])
+        load_constants(block, q, pair, grains, i, grains[j + RADIUS], grains[j + INVERSE_MASS])
     finish_blocks(block, m)
+
+
+@jit
+def common_constants(grains, contacts, pair_table, n_materials, material):
+    """Set `contacts.alike`: whether all grains are of one size, mass and material; then fill `contacts.common`."""
+    contacts.alike[0] = 0
+    for i in range(1, material.shape[0]):
+        for value in (RADIUS, INVERSE_MASS):
+            if grains[GRAIN * i + value] != grains[value]:
+                return
+        if material[i] != material[0]:
+            return
+    if material.shape[0] == 0 or grains[INVERSE_MASS] == 0.0:
+        return
+    pair = pair_table[material[0] * n_materials + material[0]]
+    for q in range(BLOCK):
+        load_constants(contacts.common, q, pair, grains, 0, grains[RADIUS], grains[INVERSE_MASS])
+    finish_block(contacts.common, BLOCK)
+    contacts.alike[0] = 1
 
 
 @jit
@@ -442,14 +465,15 @@ def prune_walls(grains, walls, outer, reach, contacts, pair_table, n_materials, 
     for q in range(total):
         i = contacts.first[q]
         pair = pair_table[material[i] * n_materials + walls.material[contacts.second[q]]]
-        load_block(contacts.block, q, pair, outer.history[contacts.slot[q]], grains, GRAIN * i, 0.0, 0.0)
+        load_constants(contacts.block, q, pair, grains, GRAIN * i, 0.0, 0.0)
+        load_history(contacts.block, q, outer.history[contacts.slot[q]])
     finish_blocks(contacts.block, total)
     contacts.count[0] = total
 
 
 @jit
-def load_block(block, q, pair, history, grains, i, r_j, inverse_mass_j):
-    """Raw material of contact q for `finish_blocks`, and its history; r_j = 0 stands for a wall (flat, infinitely heavy)."""
+def load_constants(block, q, pair, grains, i, r_j, inverse_mass_j):
+    """Raw material of contact q for `finish_blocks`; r_j = 0 stands for a wall (flat, infinitely heavy)."""
     e = (q // BLOCK) * ROWS * BLOCK + q % BLOCK
     block[e + INV_R_I * BLOCK] = grains[i + RADIUS]
     block[e + INV_R_J * BLOCK] = r_j
@@ -459,6 +483,12 @@ def load_block(block, q, pair, history, grains, i, r_j, inverse_mass_j):
     block[e + C_N * BLOCK] = pair[PAIR_BETA]
     block[e + MU_S * BLOCK] = pair[PAIR_MU_S]
     block[e + MU_R * BLOCK] = pair[PAIR_MU_R]
+
+
+@jit
+def load_history(block, q, history):
+    """Contact history of contact q."""
+    e = (q // BLOCK) * ROWS * BLOCK + q % BLOCK
     for t in range(N_HISTORY):
         block[e + (HISTORY + t) * BLOCK] = history[t]
 
@@ -472,7 +502,7 @@ def finish_blocks(block, n_contacts):
 
 @jit
 def finish_block(c, n):
-    """Pair constants of one block from what `load_block` put there."""
+    """Pair constants of one block from what `load_constants` put there."""
     for q in range(n):
         r_i = c[INV_R_I * BLOCK + q]
         r_j = c[INV_R_J * BLOCK + q]

@@ -12,7 +12,7 @@ import numpy as np
 from dem import loop, motion
 from dem.factory import Factory
 from dem.jit import MAX_THREADS, set_num_threads
-from dem.layout import BLOCK, BUFFER, FREE, GRAIN, INVERSE_MASS, LOAD, N_HISTORY, RADIUS, ROWS, UX, VX, aligned_zeros
+from dem.layout import BLOCK, BUFFER, FREE, GRAIN, HISTORY, INVERSE_MASS, LOAD, N_HISTORY, RADIUS, ROWS, UX, VX, aligned_zeros
 from dem.material import Interaction, Material, pair_constants, require
 from dem.neighbours import GRAINS_PER_SLAB, SLABS, cell_size, is_sound, sort_into_cells
 from dem.slabs import STRETCHES
@@ -282,6 +282,8 @@ class Simulation:
             block=aligned_zeros(room * ROWS, self._type),
             begin=np.zeros(SLABS + 1, np.int64),
             count=np.zeros(SLABS, np.int64),
+            common=aligned_zeros(HISTORY * BLOCK, self._type),
+            alike=np.zeros(1, np.int64),
         )
         contacts.begin[SLABS] = room
         return (*lists, contacts)

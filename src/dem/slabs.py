@@ -7,7 +7,7 @@ the same bytes for any number of threads.
 from dem import motion, pairs, vectors
 from dem.contact.block import contact_stage, rolling_stage
 from dem.jit import jit, parallel_jit, prange
-from dem.layout import BLOCK, GRAIN, LOAD, ROWS
+from dem.layout import BLOCK, GRAIN, HISTORY, LOAD, ROWS
 from dem.neighbours import SLABS, prune_slab, save_slab
 
 #: Grains are integrated in so many stretches, each a whole number of STRETCH_UNIT grains.
@@ -49,11 +49,13 @@ def scatter(loads, first, second, n, buffer, options):
 
 
 @jit
-def contact_loads(n, buffer, c, constants, options):
-    """Turn the work buffer's separations and velocities into loads."""
-    contact_stage(n, buffer, c, constants.dt, constants.one, constants.zero, constants.tiny)
+def contact_loads(n, k0, buffer, contacts, constants, options):
+    """Turn the work buffer's separations and velocities into loads of the n contacts from number k0 on."""
+    c = contacts.common if contacts.alike[0] else contacts.block[k0 * ROWS : (k0 + BLOCK) * ROWS]
+    h = contacts.block[k0 * ROWS + HISTORY * BLOCK : (k0 + BLOCK) * ROWS]
+    contact_stage(n, buffer, c, h, constants.dt, constants.one, constants.zero, constants.tiny)
     if options.elastic_rolling:
-        rolling_stage(n, buffer, c, constants.dt, constants.one, constants.zero, constants.tiny)
+        rolling_stage(n, buffer, c, h, constants.dt, constants.one, constants.zero, constants.tiny)
 
 
 @jit
@@ -66,7 +68,7 @@ def slab_forces(s, grains, loads, contacts, period, frequency, buffer, constants
         first = contacts.first[k0 : k0 + n]
         second = contacts.second[k0 : k0 + n]
         gather(grains, period, frequency, first, second, n, buffer, options)
-        contact_loads(n, buffer, contacts.block[k0 * ROWS : (k0 + BLOCK) * ROWS], constants, options)
+        contact_loads(n, k0, buffer, contacts, constants, options)
         scatter(loads, first, second, n, buffer, options)
 
 

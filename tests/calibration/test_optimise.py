@@ -1,11 +1,13 @@
 """Gauss-Newton and the optimum, on the published surrogates and on planted problems."""
 
+import json
+
 import numpy as np
 import pandas as pd
 import pytest
 
-from calibration import CalibrationError, calibrate, gauss_newton, paper, published
-from calibration.optimise import calibrate_case, objectives, targets_of
+from calibration import CalibrationError, calibrate, gauss_newton, paper, paper_optima, published
+from calibration.optimise import calibrate_case, objectives, search, targets_of
 
 VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
 EQUAL = np.full(4, 0.25)
@@ -65,7 +67,7 @@ def test_every_case_has_a_minimum_at_least_as_cheap_as_the_one_the_paper_prints(
         {"case": case, "soil": "silica_barco_sand" if case == "sand" else "lunar_regolith", "weights": w}
         for case, w in weights.items()
     ]
-    table, history = calibrate(published(), soil_table(), {**OPTIONS, "cases": cases}, VARIABLES, "published")
+    table, history, minima = calibrate(published(), soil_table(), {**OPTIONS, "cases": cases}, VARIABLES, "published")
     for _, row in table.iterrows():
         printed = paper.OPTIMA[row["case"]]
         x = np.array([printed["radius_m"] * 1e6, printed["static_friction"], printed["rolling_friction"]])
@@ -79,7 +81,7 @@ def test_every_case_has_a_minimum_at_least_as_cheap_as_the_one_the_paper_prints(
 def test_a_reachable_soil_is_found_exactly():
     truth = {"radius_m": 400e-6, "static_friction": 0.5, "rolling_friction": 0.15}
     targets = {name: float(s.predict(truth)) for name, s in published().items()}
-    row, _ = calibrate_case(published(), targets, [0.25, 0.25, 0.25, 1e-9], OPTIONS, VARIABLES)
+    row, _, _ = calibrate_case(published(), targets, [0.25, 0.25, 0.25, 1e-9], OPTIONS, VARIABLES)
     for name, surrogate in published().items():
         assert float(surrogate.predict(row)) == pytest.approx(targets[name], rel=1e-3)
 
@@ -102,3 +104,30 @@ def test_a_zero_target_is_refused_because_errors_are_relative():
     soils.loc[0, "value"] = 0.0
     with pytest.raises(CalibrationError, match="target cohesion of silica_barco_sand is 0.0"):
         targets_of(soils, "silica_barco_sand")
+
+
+def test_the_search_keeps_every_minimum_and_who_found_it():
+    def phi(x):
+        return np.array([x[0] ** 2 - 1.0, 0.1 * (x[0] - 1.0), x[1] - 0.5])
+
+    found = search(phi, np.ones(3), np.array([[-2.0, 0.0], [2.0, 0.4]]), ["a", "b"], OPTIONS)
+    assert [m.x[0] for m in found.minima] == pytest.approx([1.0, -0.995], abs=2e-3)
+    assert found.minima[0].cost == pytest.approx(0.5 * 0.01)
+    assert found.global_cost == pytest.approx(found.minima[0].cost)
+    assert "differential_evolution" in found.minima[0].found_by
+    assert found.minima[0].at_bound == ("b",)
+
+
+def test_the_condition_number_is_that_of_the_scaled_jacobian():
+    bounds = np.array([[0.0, 0.0], [10.0, 1.0]])
+    found = search(lambda x: np.array([x[0] - 5.0, x[1] - 0.5]), np.ones(2), bounds, ["a", "b"], OPTIONS)
+    assert found.minima[0].condition_number == pytest.approx(10.0)
+
+
+def test_the_papers_cases_have_cheaper_minima_than_it_prints(capsys):
+    paper_optima.main()
+    result = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert set(result) == set(paper.OPTIMA)
+    for case in paper_optima.CASES:
+        assert result[case["case"]][0]["cost"] < paper_optima.printed_cost(case)
+        assert set(result[case["case"]][0]) == {"radius_um", "static_friction", "rolling_friction", "cost"}

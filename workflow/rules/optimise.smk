@@ -8,6 +8,7 @@ rule calibrate:
     output:
         calibration=f"{RESULTS}/calibration.parquet",
         iterations=f"{RESULTS}/iterations.parquet",
+        minima=f"{RESULTS}/minima.parquet",
     log:
         f"{LOGS}/calibrate.log",
     params:

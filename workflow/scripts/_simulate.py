@@ -4,7 +4,7 @@ import json
 import time
 import traceback
 
-import pandas as pd
+import numpy as np
 
 from _provenance import versions
 from dem import SimulationError
@@ -48,15 +48,25 @@ def provenance(row: dict, settings: dict, engine: str) -> dict:
     return {"design": row, "settings": settings, "engine": engine, "versions": versions()}
 
 
-def grain_table(grains) -> pd.DataFrame:
-    """Positions and radii of grains as a table."""
-    x, y, z = grains.positions_m.T if len(grains) else ([], [], [])
-    return pd.DataFrame({"x_m": x, "y_m": y, "z_m": z, "radius_m": grains.radii_m}, dtype=float)
+def grain_table(grains) -> dict[str, np.ndarray]:
+    """Positions and radii of grains as columns."""
+    x, y, z = grains.positions_m.reshape(-1, 3).T
+    return {"x_m": x, "y_m": y, "z_m": z, "radius_m": grains.radii_m}
 
 
-def empty_grains() -> pd.DataFrame:
+def empty_grains() -> dict[str, np.ndarray]:
     """The grain table of a failed simulation."""
-    return pd.DataFrame({name: pd.Series(dtype=float) for name in ("x_m", "y_m", "z_m", "radius_m")})
+    return empty_columns(("x_m", "y_m", "z_m", "radius_m"))
+
+
+def empty_columns(names) -> dict[str, np.ndarray]:
+    """Columns of numbers without rows."""
+    return {name: np.zeros(0) for name in names}
+
+
+def one_row(values: dict) -> dict[str, list]:
+    """A table of one row."""
+    return {name: [value] for name, value in values.items()}
 
 
 def recorded(simulate):

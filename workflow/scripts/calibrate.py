@@ -21,6 +21,6 @@ if __name__ == "__main__":
         calibrate(published(), soils, options, PUBLISHED_VARIABLES, "published"),
     ]
     provenance = {"rule": snakemake.rule, **dict(snakemake.params.items())}
-    for k, name in enumerate(("calibration", "iterations")):
+    for k, name in enumerate(("calibration", "iterations", "minima")):
         table = pd.concat([result[k] for result in results], ignore_index=True)
         write_table(table, snakemake.output[name], name, provenance)

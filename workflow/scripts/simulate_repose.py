@@ -2,10 +2,8 @@
 
 import math
 
-import pandas as pd
-
 from _log import log_to
-from _simulate import Progress, empty_grains, engine_of, grain_table, provenance, recorded, soil_of, write_timing
+from _simulate import Progress, empty_grains, engine_of, grain_table, one_row, provenance, recorded, soil_of, write_timing
 from _tables import write_table
 from dem.experiments import angle_of_repose
 
@@ -25,7 +23,7 @@ def main(row, settings, engine, output):
     source = provenance(row, settings, engine)
     write_table(filled, output.filled, "grains", source)
     write_table(grains, output.grains, "grains", source)
-    write_table(pd.DataFrame([run]), output.run, "repose_run", source)
+    write_table(one_row(run), output.run, "repose_run", source)
     write_timing(output.timing, seconds)
 
 

@@ -2,10 +2,19 @@
 
 import math
 
-import pandas as pd
-
 from _log import log_to
-from _simulate import Progress, empty_grains, engine_of, grain_table, provenance, recorded, soil_of, write_timing
+from _simulate import (
+    Progress,
+    empty_columns,
+    empty_grains,
+    engine_of,
+    grain_table,
+    one_row,
+    provenance,
+    recorded,
+    soil_of,
+    write_timing,
+)
 from _tables import write_table
 from dem.experiments import direct_shear
 
@@ -30,10 +39,10 @@ def main(row, settings, engine, output):
     if shear is None:
         run = {"status": "failed", **dict.fromkeys(RUN_KEYS, math.nan), "n_particles": 0, "n_steps": 0}
         before = after = empty_grains()
-        history = pd.DataFrame({name: pd.Series(dtype=float) for name in HISTORY})
+        history = empty_columns(HISTORY)
     else:
         run = {"status": "done", **{key: getattr(shear, key) for key in RUN_KEYS}}
-        before, after, history = grain_table(shear.before), grain_table(shear.after), pd.DataFrame(shear.history)
+        before, after, history = grain_table(shear.before), grain_table(shear.after), shear.history
     run = {
         "simulation_id": row["simulation_id"],
         "reason": reason or "",
@@ -45,7 +54,7 @@ def main(row, settings, engine, output):
     write_table(before, output.before, "grains", source)
     write_table(after, output.after, "grains", source)
     write_table(history, output.history, "shear_history", source)
-    write_table(pd.DataFrame([run]), output.run, "shear_run", source)
+    write_table(one_row(run), output.run, "shear_run", source)
     write_timing(output.timing, seconds)
 
 

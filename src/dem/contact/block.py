@@ -18,7 +18,6 @@ from dem.layout import (
     C_N,
     C_T,
     FORCE,
-    HISTORY,
     INV_R_I,
     INV_R_J,
     INV_R_SUM,
@@ -45,12 +44,12 @@ def separation(q, b, inv_R_sum, one, tiny):
 
 
 @jit
-def contact_stage(n, b, c, dt, one, zero, tiny):
+def contact_stage(n, b, c, h, dt, one, zero, tiny):
     """Loads of n contacts with type A rolling.
 
     Parameters
     ----------
-    n : contacts in the block. b : work buffer. c : contact block (constants and history; the history is updated).
+    n : contacts in the block. b : work buffer. c : their pair constants. h : their history, which is updated.
     dt, one, zero, tiny : time step and constants in the contact precision (a plain literal would promote to float64).
     """
     for q in range(n):
@@ -69,9 +68,9 @@ def contact_stage(n, b, c, dt, one, zero, tiny):
         ty = vy - v_n * ny + nz * ux - nx * uz
         tz = vz - v_n * nz + nx * uy - ny * ux
         f_n = normal_force(overlap, root, fourth_root, v_n, c[K_N * B + q], c[C_N * B + q])
-        sx = c[HISTORY * B + q]
-        sy = c[(HISTORY + 1) * B + q]
-        sz = c[(HISTORY + 2) * B + q]
+        sx = h[q]
+        sy = h[B + q]
+        sz = h[2 * B + q]
         s_n = sx * nx + sy * ny + sz * nz
         sx += tx * dt - s_n * nx
         sy += ty * dt - s_n * ny
@@ -87,9 +86,9 @@ def contact_stage(n, b, c, dt, one, zero, tiny):
         fy *= factor
         fz *= factor
         sticks = factor >= one
-        c[HISTORY * B + q] = touching * (sx if sticks else (fx - D_t * tx) * inv_S)
-        c[(HISTORY + 1) * B + q] = touching * (sy if sticks else (fy - D_t * ty) * inv_S)
-        c[(HISTORY + 2) * B + q] = touching * (sz if sticks else (fz - D_t * tz) * inv_S)
+        h[q] = touching * (sx if sticks else (fx - D_t * tx) * inv_S)
+        h[B + q] = touching * (sy if sticks else (fy - D_t * ty) * inv_S)
+        h[2 * B + q] = touching * (sz if sticks else (fz - D_t * tz) * inv_S)
         f_n *= touching
         fx *= touching
         fy *= touching
@@ -104,7 +103,7 @@ def contact_stage(n, b, c, dt, one, zero, tiny):
 
 
 @jit
-def rolling_stage(n, b, c, dt, one, zero, tiny):
+def rolling_stage(n, b, c, h, dt, one, zero, tiny):
     """Elastic-plastic rolling moments of n contacts, after `contact_stage`: type C in place of type A."""
     half = one / (one + one)
     for q in range(n):
@@ -112,9 +111,9 @@ def rolling_stage(n, b, c, dt, one, zero, tiny):
         turn_i = half * dt * c[INV_R_I * B + q]  # of u_i = (sum + difference) / 2
         turn_j = half * dt * c[INV_R_J * B + q]
         both, differ = turn_i - turn_j, turn_i + turn_j
-        wx = b[7 * B + q] * both + b[10 * B + q] * differ + c[(HISTORY + 3) * B + q]
-        wy = b[8 * B + q] * both + b[11 * B + q] * differ + c[(HISTORY + 4) * B + q]
-        wz = b[9 * B + q] * both + b[12 * B + q] * differ + c[(HISTORY + 5) * B + q]
+        wx = b[7 * B + q] * both + b[10 * B + q] * differ + h[3 * B + q]
+        wy = b[8 * B + q] * both + b[11 * B + q] * differ + h[4 * B + q]
+        wz = b[9 * B + q] * both + b[12 * B + q] * differ + h[5 * B + q]
         w_n = wx * nx + wy * ny + wz * nz
         wx -= w_n * nx
         wy -= w_n * ny
@@ -126,9 +125,9 @@ def rolling_stage(n, b, c, dt, one, zero, tiny):
         wx *= factor
         wy *= factor
         wz *= factor
-        c[(HISTORY + 3) * B + q] = wx
-        c[(HISTORY + 4) * B + q] = wy
-        c[(HISTORY + 5) * B + q] = wz
+        h[3 * B + q] = wx
+        h[4 * B + q] = wy
+        h[5 * B + q] = wz
         k_i = k_r * c[INV_R_I * B + q]
         k_j = k_r * c[INV_R_J * B + q]
         b[TWIST_J * B + q] = b[TWIST * B + q] + k_j * wx
