@@ -43,7 +43,7 @@ def main() -> None:
     result = {}
     for case, (_, optimum) in zip(CASES, best.iterrows(), strict=True):
         found = minima[minima["case"] == case["case"]]
-        print(f"{case['case']}: {len(found)} minima; differential evolution finds nothing below {optimum['global_cost']:.6f}")
+        print(f"{case['case']}: {len(found)} minima; the global check finds nothing below {optimum['global_cost']:.6f}")
         at = paper.OPTIMA[case["case"]]
         line = "  {:>8.2f} um  mu_s {:.4f}  mu_r {:.4f}  cost {:.6f}  {}".format
         print(line(1e6 * at["radius_m"], at["static_friction"], at["rolling_friction"], printed_cost(case), "printed in the paper"))

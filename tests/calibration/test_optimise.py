@@ -114,7 +114,7 @@ def test_the_search_keeps_every_minimum_and_who_found_it():
     assert [m.x[0] for m in found.minima] == pytest.approx([1.0, -0.995], abs=2e-3)
     assert found.minima[0].cost == pytest.approx(0.5 * 0.01)
     assert found.global_cost == pytest.approx(found.minima[0].cost)
-    assert "differential_evolution" in found.minima[0].found_by
+    assert "screened_start" in found.minima[0].found_by
     assert found.minima[0].at_bound == ("b",)
 
 
