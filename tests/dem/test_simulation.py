@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import dem
-from dem import neighbours
-from dem.layout import GRAIN, INVERSE_MASS, RADIUS
+from dem import loop, neighbours
+from dem.layout import GRAIN, INVERSE_MASS, N_HISTORY, RADIUS
 
 MATERIAL = dem.Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)
 ROUGH = dem.Interaction(restitution=0.5, static_friction=0.4, rolling_friction=0.1)
@@ -271,3 +271,58 @@ def loop_history(simulation):
             pair = int(simulation._ids[i]), int(simulation._ids[simulation._pairs.partner[k]])
             history[pair] = tuple(simulation._pairs.history[k].tolist())
     return history
+
+
+def outer_list(rows, history):
+    """An outer list of three grains: partners of each, and one history value per entry."""
+    ends = np.cumsum([len(row) for row in rows])
+    return loop.OuterList(
+        row=np.column_stack([ends - [len(row) for row in rows], ends]),
+        partner=np.array([j for row in rows for j in row], np.int32),
+        history=np.repeat(np.array(history, float)[:, None], N_HISTORY, axis=1),
+        order=np.arange(3),
+        slab=np.zeros(neighbours.SLABS + 1, np.int64),
+    )
+
+
+def test_the_history_of_a_pair_turns_its_sign_with_the_pair():
+    old = outer_list([[1, 2], [2], []], [1.0, 2.0, 3.0])
+    new = outer_list([[], [0], [1, 0]], [9.0, 9.0, 9.0])
+    neighbours.carry_history(old, new, True)
+    assert new.history[:, 0].tolist() == [-1.0, -3.0, -2.0]
+    same = outer_list([[2, 1], [], []], [9.0, 9.0])
+    neighbours.carry_history(old, same, True)
+    assert same.history[:, 0].tolist() == [2.0, 1.0]
+
+
+def test_the_history_with_walls_never_changes_hands():
+    old = outer_list([[1], [], []], [1.0])  # grain 0 at wall 1
+    new = outer_list([[], [0], []], [9.0])  # grain 1 at wall 0
+    neighbours.carry_history(old, new, False)
+    assert new.history[:, 0].tolist() == [0.0]
+
+
+def test_a_fast_wall_finds_a_grain_that_was_far_away():
+    simulation = make([floor()], gravity_m_s2=(0.0, 0.0, 0.0))
+    simulation.add_grains([(0.0, 0.0, 8 * RADIUS_M)], RADIUS_M, "soil")
+    simulation.move_wall("floor", (0.0, 0.0, 0.5))
+    simulation.run(20 * RADIUS_M / 0.5)
+    assert simulation.grains.positions_m[0, 2] - simulation.wall("floor").low_m[2] > 0.9 * RADIUS_M
+    assert simulation.grains.velocities_m_s[0, 2] > 0.5
+
+
+@pytest.mark.parametrize(("pair", "e"), [(("a", "a"), 0.9), (("a", "b"), 0.2)])
+def test_equal_grains_of_two_materials_keep_their_own_interactions(pair, e):
+    def touch(restitution):
+        return dem.Interaction(restitution=restitution, static_friction=0.0, rolling_friction=0.0)
+
+    simulation = dem.Simulation(
+        materials={"a": MATERIAL, "b": MATERIAL},
+        interactions={("a", "a"): touch(0.9), ("a", "b"): touch(0.2), ("b", "b"): touch(0.9)},
+        smallest_radius_m=RADIUS_M,
+        gravity_m_s2=(0.0, 0.0, 0.0),
+    )
+    for material, side in zip(pair, (-1, 1), strict=True):
+        simulation.add_grains([(side * 1.1 * RADIUS_M, 0.0, 0.0)], RADIUS_M, material, velocities_m_s=[(-side * 0.1, 0.0, 0.0)])
+    simulation.run(0.02)
+    assert abs(simulation.grains.velocities_m_s[0, 0]) / 0.1 == pytest.approx(e, abs=0.1)

@@ -1,0 +1,155 @@
+"""Where the time of one step goes: the kernels of the loop timed one by one on the state of a running simulation.
+
+    python benchmarks/step.py
+
+The paper's base set while the tube is lifted and at rest, vector code, one thread. Stages are run many times over on a frozen
+state, best of several windows; list upkeep is spread over the steps between two upkeeps. The last line is JSON.
+"""
+
+import json
+import time
+
+import numpy as np
+from engine import QUICK_G, STATES, base_set, prepare
+
+from dem import loop, neighbours, slabs, vectors, walls
+from dem.jit import jit
+from dem.layout import BLOCK
+from dem.motion import carry_glued
+
+REPEATS, WINDOWS, STEPS = 300, 7, 4000
+
+
+@jit
+def gather(n, grains, contacts, buffer):
+    """Gather all pairs n times."""
+    for _ in range(n):
+        for k0 in range(0, contacts.count[0] - BLOCK + 1, BLOCK):
+            vectors.gather_pairs(grains, contacts.first[k0 : k0 + BLOCK], contacts.second[k0 : k0 + BLOCK], BLOCK, buffer)
+
+
+@jit
+def contact(n, contacts, buffer, constants, options):
+    """Contact stage of all pairs n times."""
+    for _ in range(n):
+        for k0 in range(0, contacts.count[0] - BLOCK + 1, BLOCK):
+            slabs.contact_loads(BLOCK, k0, buffer, contacts, constants, options)
+
+
+@jit
+def scatter(n, loads, contacts, buffer):
+    """Scatter all pairs n times."""
+    for _ in range(n):
+        for k0 in range(0, contacts.count[0] - BLOCK + 1, BLOCK):
+            vectors.scatter_pairs(loads, contacts.first[k0 : k0 + BLOCK], contacts.second[k0 : k0 + BLOCK], BLOCK, buffer)
+
+
+@jit
+def wall(n, grains, loads, wall_arrays, contacts, buffer, constants, options, dt, glued, carrier):
+    """Wall contacts and the walls' motion n times."""
+    for _ in range(n):
+        loop.wall_forces(grains, loads, wall_arrays, contacts, buffer, constants, options)
+        carry_glued(grains, loads, wall_arrays, glued, carrier)
+        walls.move_walls(wall_arrays, dt)
+
+
+@jit
+def integrate(n, grains, loads, gravity, dt, zero):
+    """Motion n times."""
+    for _ in range(n):
+        vectors.integrate(grains, loads, gravity, dt, zero)
+
+
+@jit
+def prune(n, grains, period, frequency, outer, reach, contacts, pair_table, n_materials, material):
+    """Save and prune n times."""
+    for _ in range(n):
+        slabs.save(contacts, outer.history)
+        slabs.prune(grains, period, frequency, False, outer, reach, contacts, pair_table, n_materials, material)
+
+
+@jit
+def rebuild(n, grains, period, wall_arrays, skin, pair_list, wall_pairs, spare, wall_spare, contacts):
+    """New outer lists n times."""
+    for _ in range(n):
+        loop.rebuild(grains, period, wall_arrays, skin, pair_list, wall_pairs, spare, wall_spare, contacts)
+
+
+def best_us(function, *arguments, repeats: int = REPEATS) -> float:
+    """Microseconds of one repeat."""
+    function(1, *arguments)
+    times = []
+    for _ in range(WINDOWS):
+        start = time.perf_counter()
+        function(repeats, *arguments)
+        times.append((time.perf_counter() - start) / repeats)
+    return 1e6 * min(times)
+
+
+def counted_steps(simulation) -> tuple[float, float, float]:
+    """(microseconds of a step, rebuilds and prunings per step) over STEPS steps."""
+    totals, kernel = np.zeros(3), loop.advance
+
+    def counting(*arguments):
+        reason, done, n_rebuilds, n_prunings = kernel(*arguments)
+        totals[:] += done, n_rebuilds, n_prunings
+        return reason, done, n_rebuilds, n_prunings
+
+    loop.advance = counting
+    try:
+        start = time.perf_counter()
+        simulation.advance(STEPS)
+        step_us = 1e6 * (time.perf_counter() - start) / STEPS
+    finally:
+        loop.advance = kernel
+    return step_us, totals[1] / totals[0], totals[2] / totals[0]
+
+
+def profile(s) -> dict[str, float]:
+    """Microseconds per step of every stage."""
+    step_us, rebuilds, prunings = counted_steps(s)
+    fastest = float(np.linalg.norm(s.grains.velocities_m_s, axis=1).max())
+    per_pruning = 2.2 * fastest * s.time_step_s * loop.PRUNE_STEPS
+    reach = float(np.clip(per_pruning, loop.LEAST_REACH * s._skin, loop.MOST_REACH * s._skin))
+    frequency, n_materials, dt = neighbours.frequencies(s._period), len(s.materials), s.time_step_s
+    constants = loop.Constants(*(s._type(value) for value in (dt, 1.0, 0.0, 1e-18)))
+    lists = (s._pair_table, n_materials, s._material)
+    neighbours.common_constants(s._grains, s._contacts, *lists)
+    slabs.prune(s._grains, s._period, frequency, False, s._pairs, reach, s._contacts, *lists)
+    neighbours.prune_walls(s._grains, s._walls, s._wall_pairs, reach, s._wall_contacts, *lists)
+    grains, loads, buffer = s._grains.copy(), s._loads.copy(), s._buffers[0]
+    on_walls = (s._walls, s._wall_contacts, buffer, constants, s._options)
+    for_lists = (grains, s._period, s._walls, s._skin, s._pairs, s._wall_pairs, s._spare, s._wall_spare, s._contacts)
+    stages = {
+        "gather": best_us(gather, grains, s._contacts, buffer),
+        "contact": best_us(contact, s._contacts, buffer, constants, s._options),
+        "scatter": best_us(scatter, loads, s._contacts, buffer),
+        "walls": best_us(wall, grains, loads, *on_walls, dt * 1e-9, s._glued, s._carrier),
+        "integrate": best_us(integrate, grains, loads, s._gravity, dt * 1e-9, constants.zero),
+    }
+    n_pairs, n_wall_contacts = int(s._contacts.count.sum()), int(s._wall_contacts.count.sum())
+    one_pruning = best_us(prune, grains, s._period, frequency, s._pairs, reach, s._contacts, *lists)
+    stages["inner list"] = prunings * one_pruning
+    stages["outer list"] = rebuilds * best_us(rebuild, *for_lists, repeats=REPEATS // 10)
+    return {
+        **{name: round(value, 2) for name, value in stages.items()},
+        "sum": round(sum(stages.values()), 2),
+        "whole step": round(step_us, 2),
+        "pairs": n_pairs,
+        "wall contacts": n_wall_contacts,
+        "steps per pruning": round(1 / max(prunings, 1e-9), 1),
+        "steps per rebuild": round(1 / max(rebuilds, 1e-9), 1),
+    }
+
+
+def main() -> None:
+    """Profile both states and print."""
+    ready = prepare(base_set(QUICK_G), STATES[:2])
+    result = {state: profile(simulation) for state, simulation in ready.items()}
+    for name in next(iter(result.values())):
+        print(f"{name:20s}" + "".join(f"{result[state][name]:14}" for state in result))
+    print(json.dumps({"unit": "microseconds per step of 3000 grains", "states": result}))
+
+
+if __name__ == "__main__":
+    main()
