@@ -140,6 +140,15 @@ def answer_remarks(tables) -> list[str]:
             )
         if row["status"] != "converged":
             remarks.append(f"{row['case']}: {row['reason']}.")
+        for name, (column, unit) in RESPONSES.items():
+            simulated = tables["reachability"].query("response == @name").iloc[0]
+            low, high = simulated["lowest_simulated"], simulated["highest_simulated"]
+            if not low <= row[column] <= high:
+                response = name.replace("_", " ")
+                remarks.append(
+                    f"{row['case']}: the predicted {response}, {row[column]:.1f} {unit}, lies beyond all that was simulated "
+                    f"({low:.1f} to {high:.1f}): the surrogate extrapolates, and no such soil is known to exist."
+                )
         if row["n_distinct"] > 1:
             remarks.append(f"{row['case']}: {row['n_distinct']} distinct minima were found; the cheapest is shown.")
     return remarks
