@@ -3,6 +3,9 @@ PYTHON ?= python3
 CORES ?= 2
 BIN := .venv/bin
 READY := .venv/ready
+# what docs/reference keeps of the campaign at the paper's fidelity
+REFERENCE := soil repose shear strength screening reachability calibration iterations minima posterior equivalents \
+	identifiability verification sensitivity coverage
 
 .DEFAULT_GOAL := campaign
 
@@ -32,11 +35,17 @@ format: setup  ## rewrite Python and Snakemake files in the project's style
 	$(BIN)/ruff format .
 	$(BIN)/snakefmt Snakefile workflow
 
-smoke: setup  ## the whole workflow in about a minute, with few grains
+smoke: setup  ## the whole workflow in about two minutes, with few grains
 	$(BIN)/snakemake -c$(CORES) all --configfile config/smoke.yaml
 
-paper: setup  ## the paper's exact fidelity: hours
+paper: setup  ## the paper's exact fidelity: about an hour
 	$(BIN)/snakemake -c$(CORES) all --configfile config/paper.yaml
+
+reference: paper  ## the paper's exact fidelity again, and its tables and report into docs/reference
+	cp $(addprefix results/paper/,$(addsuffix .parquet,$(REFERENCE)) surrogates.json report.html) docs/reference/
+
+twin: setup  ## a hidden soil simulated, forgotten and calibrated at full size: is it found again?
+	$(BIN)/snakemake -c$(CORES) all --configfile config/twin.yaml
 
 paper-optima: setup  ## every minimum of the published surrogates beside those that the paper prints
 	$(BIN)/python -m calibration.paper_optima
@@ -58,4 +67,4 @@ lock: setup  ## resolve the newest versions of all dependencies into requirement
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## */\1\t/' | expand -t 12
 
-.PHONY: campaign setup test lint format smoke paper paper-optima bench bench-quick bench-scale lock help
+.PHONY: campaign setup test lint format smoke paper reference twin paper-optima bench bench-quick bench-scale lock help

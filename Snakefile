@@ -15,6 +15,8 @@ include: "workflow/rules/shear.smk"
 include: "workflow/rules/screening.smk"
 include: "workflow/rules/surrogates.smk"
 include: "workflow/rules/optimise.smk"
+include: "workflow/rules/refine.smk"
+include: "workflow/rules/verify.smk"
 include: "workflow/rules/checks.smk"
 include: "workflow/rules/report.smk"
 

@@ -1,29 +1,54 @@
 """Inference: from simulated responses to the grain parameters of a real soil. Knows nothing of grains, kernels or Snakemake."""
 
 from calibration.checks import acceleration_table, reachability_table
-from calibration.design import expand
+from calibration.design import expand, further
 from calibration.errors import CalibrationError
 from calibration.gauss_newton import gauss_newton
+from calibration.gaussian_process import GaussianProcess
+from calibration.models import fit_all, from_json, space_of, to_json
 from calibration.mohr_coulomb import fit_line, strength_table
 from calibration.optimise import calibrate
+from calibration.refine import propose, settled
 from calibration.screening import screening_table
+from calibration.sensitivity import sobol_table
 from calibration.soil import measure_soil
-from calibration.surrogate import Surrogate, fit_all, from_json, published, to_json
+from calibration.space import Space
+from calibration.surrogate import Surrogate, published
+from calibration.twin import coverage_table, twin_soil, twin_table
+from calibration.uncertainty import equivalents, identifiability, likelihood_of, posterior_table, sample
+from calibration.verify import comparison_table, conclusion
 
 __all__ = [
     "CalibrationError",
+    "GaussianProcess",
+    "Space",
     "Surrogate",
     "acceleration_table",
     "calibrate",
+    "comparison_table",
+    "conclusion",
+    "coverage_table",
+    "equivalents",
     "expand",
     "fit_all",
     "fit_line",
     "from_json",
+    "further",
     "gauss_newton",
+    "identifiability",
+    "likelihood_of",
     "measure_soil",
+    "posterior_table",
+    "propose",
     "published",
     "reachability_table",
+    "sample",
     "screening_table",
+    "settled",
+    "sobol_table",
+    "space_of",
     "strength_table",
     "to_json",
+    "twin_soil",
+    "twin_table",
 ]

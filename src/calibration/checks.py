@@ -3,7 +3,10 @@
 import numpy as np
 import pandas as pd
 
+from calibration.noise import pooled_scatter
+from calibration.space import REACH, Space
 from calibration.surrogate import RESPONSES
+from calibration.uncertainty import target_uncertainty
 
 NOISE_LIMIT = 2.0
 
@@ -65,32 +68,47 @@ def described(fidelity: str, runs: pd.DataFrame, quantity: str) -> dict:
     }
 
 
-def pooled_scatter(runs: pd.DataFrame, quantity: str) -> float:
-    """Standard deviation over seeds, pooled over points and fidelities; NaN without repeats."""
-    groups = [group.to_numpy() for _, group in runs.groupby(["point_id", "fidelity"])[quantity]]
-    freedom = sum(len(group) - 1 for group in groups)
-    if not freedom:
-        return float("nan")
-    return float(np.sqrt(sum(((group - group.mean()) ** 2).sum() for group in groups) / freedom))
+def reachability_table(models: dict, space: Space, repose: pd.DataFrame, strength: pd.DataFrame, soils: pd.DataFrame, ratio: float):
+    """Every target beside the range of its response over the design, before anything is optimised.
 
-
-def reachability_table(repose: pd.DataFrame, strength: pd.DataFrame, soils: pd.DataFrame) -> pd.DataFrame:
-    """Every target beside the range of its simulated response, and the nearest value inside that range."""
+    A target is reachable if it lies between the surrogate's lowest and highest value, or no further beyond them than two of its own
+    standard uncertainties (`ratio` of its value where the soil states none). `grows_with` says in which direction to extend the
+    design for a target beyond that: the variables by whose increase (+) or decrease (-) the response comes nearer to it, strongest
+    first.
+    """
+    unit = space.everywhere(REACH)
     rows = []
     for _, target in soils.iterrows():
-        column = RESPONSES[target["property"]][0]
-        source = repose if target["property"] == "angle_of_repose" else strength
-        simulated = source.loc[source["fidelity"] == "campaign", column].dropna()
-        low, high = float(simulated.min()), float(simulated.max())
+        name = target["property"]
+        mean = models[name].predict(space.values(unit))
+        source = repose if name == "angle_of_repose" else strength
+        simulated = source.loc[source["fidelity"] == "campaign", RESPONSES[name][0]].dropna()
+        nearest = int(np.argmin(np.abs(mean - target["value"])))
+        bound = float(np.clip(target["value"], mean.min(), mean.max()))
+        reachable = abs(bound - target["value"]) <= NOISE_LIMIT * target_uncertainty(target, ratio)
         rows.append(
             {
                 "soil": target["soil"],
-                "response": target["property"],
+                "response": name,
                 "target": target["value"],
-                "lowest_simulated": low,
-                "highest_simulated": high,
-                "reachable": bool(low <= target["value"] <= high),
-                "nearest_reachable": float(np.clip(target["value"], low, high)),
+                "lowest_simulated": float(simulated.min()),
+                "highest_simulated": float(simulated.max()),
+                "lowest_predicted": float(mean.min()),
+                "highest_predicted": float(mean.max()),
+                "reachable": bool(reachable),
+                "nearest_reachable": bound,
+                "grows_with": "" if reachable else direction(models[name], space, unit[nearest], target["value"] > mean[nearest]),
             }
         )
     return pd.DataFrame(rows)
+
+
+def direction(model, space: Space, unit: np.ndarray, upwards: bool) -> str:
+    """Variables, strongest first, with the sign of the change that raises (or lowers) a response at coordinates (n,)."""
+    h = 0.05
+    ends = np.clip(unit + h * np.vstack([np.eye(len(unit)), -np.eye(len(unit))]), 0.0, 1.0)
+    values = model.predict(space.values(ends))
+    slopes = (values[: len(unit)] - values[len(unit) :]) / (ends[: len(unit)] - ends[len(unit) :]).sum(axis=1)
+    slopes = slopes if upwards else -slopes
+    order = [k for k in np.argsort(-np.abs(slopes)) if abs(slopes[k]) > 0.05 * np.abs(slopes).max()]
+    return ", ".join(f"{'+' if slopes[k] > 0 else '-'}{space.variables[k]}" for k in order)

@@ -1,8 +1,8 @@
 """The design: which simulations a study needs, one row each.
 
 Grid: full factorial of the grid variables at the base material. Sweep: each swept variable alone, at constant couples of the
-grid variables. Screening: one parameter changed at a time. Check: a few points at both fidelities. Simulations that several
-of these need are made once and carry all their purposes.
+grid variables. Screening: one parameter changed at a time. Check: a few points at both fidelities. Twin: hidden soils, simulated
+to be found again. Simulations that several of these need are made once and carry all their purposes.
 
 A row's identifier is a hash of what is simulated, not of its place in the table: adding a value, a seed or a stress leaves all
 other identifiers, and so their results, as they are.
@@ -16,6 +16,10 @@ import math
 import pandas as pd
 
 from calibration.errors import demand
+
+SEED_KEYS = {"repose_seeds", "shear_seeds"}
+#: Each round of refinement adds this to its seeds, so that an optimum that stays where it is is still simulated anew.
+SEED_STEP = 1000
 
 
 def expand(config: dict) -> pd.DataFrame:
@@ -32,8 +36,42 @@ def expand(config: dict) -> pd.DataFrame:
             known["purposes"].append(purpose)
     table = pd.DataFrame(list(rows.values()))
     table["purposes"] = table["purposes"].map(",".join)
-    order = ["experiment", "fidelity", *sorted(config["material"]), "normal_stress_pa", "seed"]  # not the order of keys in a file
-    return table.sort_values(order, ignore_index=True)
+    return ordered(table)
+
+
+def ordered(table: pd.DataFrame) -> pd.DataFrame:
+    """The design table in an order that does not depend on the order of keys in a file."""
+    values = [column for column in table.columns if column not in ("simulation_id", "point_id", "purposes")]
+    leading = ["experiment", "fidelity"]
+    trailing = ["normal_stress_pa", "seed"]
+    material = sorted(set(values) - set(leading) - set(trailing))
+    return table.sort_values([*leading, *material, *trailing], ignore_index=True)
+
+
+def further(config: dict, purpose: str, points: list[dict], seeds: dict) -> pd.DataFrame:
+    """Design table of both experiments at further points: values of the design variables, rounded to four digits.
+
+    seeds : repose_seeds, shear_seeds. A point that occurs twice is simulated once. Without points the table is empty.
+    """
+    rows = {}
+    for values in points:
+        material = point_at(config["material"], values)
+        stresses = config["shear"]["normal_stresses_pa"]
+        for _, *what in both(purpose, "campaign", material, stresses, seeds["repose_seeds"], seeds["shear_seeds"]):
+            row = make_row(*what)
+            rows[row["simulation_id"]] = {**row, "purposes": purpose}
+    template = {**make_row("repose", "campaign", config["material"], math.nan, 0), "purposes": purpose}
+    return ordered(pd.DataFrame(list(rows.values()), columns=list(template)).astype({k: type(v) for k, v in template.items()}))
+
+
+def point_at(base: dict, values: dict) -> dict:
+    """The material with some values changed; four digits are as much as any test can tell, and make the same point the same."""
+    return {**base, **{name: float(f"{value:.4g}") for name, value in values.items()}}
+
+
+def point_id(material: dict) -> str:
+    """Hash of the material values."""
+    return hashed({key: float(material[key]) for key in sorted(material)}, 8)
 
 
 def wanted(config: dict):
@@ -51,6 +89,9 @@ def wanted(config: dict):
     for couple, fidelity in itertools.product(check["couples"], ("campaign", "reference")):
         material = {**base, **couple}
         yield from both("check", fidelity, material, check["normal_stresses_pa"], check["repose_seeds"], check["shear_seeds"])
+    for twin in config["twins"].values():
+        material = point_at(base, {name: twin[name] for name in design["variables"]})
+        yield from both("twin", "campaign", material, stresses, twin["repose_seeds"], twin["shear_seeds"])
 
 
 def both(purpose, fidelity, material, stresses, repose_seeds, shear_seeds):
@@ -84,7 +125,7 @@ def make_row(experiment, fidelity, material, stress, seed) -> dict:
         "simulation_id": hashed(what, 10),
         "experiment": experiment,
         "fidelity": fidelity,
-        "point_id": hashed(material, 8),
+        "point_id": point_id(material),
         **material,
         "normal_stress_pa": float(stress),
         "seed": int(seed),
@@ -94,6 +135,11 @@ def make_row(experiment, fidelity, material, stress, seed) -> dict:
 def hashed(value, n_digits: int) -> str:
     """Hexadecimal digits of the hash of a JSON-like value; the order of keys does not count."""
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:n_digits]
+
+
+def screening_seeds(config: dict) -> list[int]:
+    """Seeds of the screening's heaps."""
+    return [*config["screening"]["base_seeds"], *config["screening"]["changed_seeds"]]
 
 
 def check_design(config: dict) -> None:
@@ -119,6 +165,25 @@ def check_design(config: dict) -> None:
     ):
         for couple in couples:
             demand(set(couple) == grid, key, couple, f"a value for each grid variable: {sorted(grid)}")
+    values = {**design["grid"], **design["sweep"]}
+    for name in design["variables"]:
+        demand(len(values[name]) > 1, f"design values of {name}", values[name], "at least two")
+    n_points, n_terms = math.prod(map(len, design["grid"].values())), (len(grid) + 1) * (len(grid) + 2) // 2
+    demand(n_points > n_terms, "number of points of design.grid", n_points, f"more than the {n_terms} coefficients of f")
+    for name, levels in design["grid"].items():
+        demand(len(levels) > 2, f"design.grid.{name}", levels, "at least three values, or f's square is not determined")
+    for test in ("repose_seeds", "shear_seeds"):
+        refined = {seed + SEED_STEP * k for seed in config["refine"][test] for k in range(config["refine"]["rounds"])}
+        seen = refined | set(design[test]) | (set(screening_seeds(config)) if test == "repose_seeds" else set())
+        again = sorted(seen & set(config["verify"][test]))
+        demand(not again, f"verify.{test}", again, "seeds that the campaign and its refinement do not use")
+    for twin, entry in config["twins"].items():
+        demand(
+            set(entry) - SEED_KEYS == set(design["variables"]), f"twins.{twin}", sorted(entry), f"{design['variables']} and seeds"
+        )
+        for name in design["variables"]:
+            low, high = min(values[name]), max(values[name])
+            demand(low <= entry[name] <= high, f"twins.{twin}.{name}", entry[name], f"within the design, {low:g} to {high:g}")
     for couple in design["sweep_couples"]:
         for name, value in couple.items():
             demand(

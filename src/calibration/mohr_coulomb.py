@@ -31,13 +31,18 @@ RESULTS = {
 
 @dataclass(frozen=True)
 class StrengthLine:
-    """Cohesion (Pa), friction angle (deg), their standard errors, R^2 of the weighted line, number of tests."""
+    """Cohesion (Pa), friction angle (deg), their standard errors, R^2 of the weighted line, number of tests.
+
+    relative_scatter: standard deviation of the strengths about the line, over themselves; both standard errors are proportional
+    to it.
+    """
 
     cohesion_pa: float
     cohesion_se_pa: float
     friction_angle_deg: float
     friction_angle_se_deg: float
     r_squared: float
+    relative_scatter: float
     n_runs: int
 
 
@@ -64,6 +69,7 @@ def fit_line(normal_stress_pa: np.ndarray, shear_strength_pa: np.ndarray) -> Str
         friction_angle_deg=float(np.degrees(np.arctan(slope))),
         friction_angle_se_deg=float(np.degrees(np.sqrt(covariance[1, 1]) / (1.0 + slope**2))),
         r_squared=1.0 - squares / float(weights @ (tau - mean) ** 2),
+        relative_scatter=float(np.sqrt(squares / (len(p) - 2))),
         n_runs=len(p),
     )
 
@@ -74,15 +80,17 @@ def strength_table(shear: pd.DataFrame, strength: str, normal_stress: str) -> pd
     Failed simulations do not count; points with fewer than three distinct applied stresses left are not in the table.
     strength is "peak" or "plateau"; normal_stress "plane" or "applied".
     """
-    tau_column, p_column = COLUMNS[strength, normal_stress]
-    done = shear[shear["status"] == "done"]
     material = [column for column in shear.columns if column not in RESULTS]
     rows = []
-    for _, point in done.groupby(["point_id", "fidelity"], sort=False):
-        if point["normal_stress_pa"].nunique() < LEAST_STRESSES:
-            continue
+    for point, line in lines(shear, ["point_id", "fidelity"], strength, normal_stress):
         purposes = ",".join(dict.fromkeys(",".join(point["purposes"]).split(",")))
-        line = fit_line(point[p_column].to_numpy(), point[tau_column].to_numpy())
         rows.append({**point.iloc[0][material].to_dict(), "purposes": purposes, **vars(line)})
-    demand(bool(rows), "shear tests that ended well", len(done), f"at least one point with {LEAST_STRESSES} normal stresses")
-    return pd.DataFrame(rows)
+    return pd.DataFrame(rows, columns=[*material, "purposes", *StrengthLine.__dataclass_fields__])
+
+
+def lines(shear: pd.DataFrame, keys: list[str], strength: str, normal_stress: str):
+    """Yield (runs, StrengthLine) of every group of finished shear tests that has enough normal stresses for a line."""
+    tau_column, p_column = COLUMNS[strength, normal_stress]
+    for _, runs in shear[shear["status"] == "done"].groupby(keys, sort=False):
+        if runs["normal_stress_pa"].nunique() >= LEAST_STRESSES:
+            yield runs, fit_line(runs[p_column].to_numpy(), runs[tau_column].to_numpy())

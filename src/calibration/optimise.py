@@ -10,6 +10,7 @@ inside the simulated design are kept, and the cheapest is reported: "converged" 
 bounded search did (at an edge of the design, or where Gauss-Newton runs away).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,15 +20,20 @@ from scipy.stats import qmc
 
 from calibration.errors import demand
 from calibration.gauss_newton import Descent, gauss_newton, jacobian
+from calibration.space import REACH, SOBOL_SEED, Space
 from calibration.surrogate import RESPONSES, Surrogate
 
 OBJECTIVES = ("angle_of_repose", "cohesion", "friction_angle", "radius")
 #: The optimiser sees radii in um, as the paper does; its |dx| and phi4 depend on it.
 UNITS = {"radius_m": 1e-6}
+#: Errors of a smaller cohesion are relative to this: dry sand has none, and shear tests do not tell a few Pa from zero.
+LEAST_COHESION_PA = 10.0
 #: Two minima closer than this fraction of the design's extent are one.
 SAME = 1e-3
-#: Seed of the scrambled starts: the same starts in every run.
-SOBOL_SEED = 2011
+#: Where on the line between two minima a barrier is looked for, and how much higher it must be, relative to the cost.
+LINE, BARRIER = np.linspace(0.0, 1.0, 33)[1:-1], 1e-6
+#: Distinct ends are followed to their minimum by a slower method that takes small steps along flat valleys.
+POLISH = {"method": "trf", "xtol": 1e-12, "ftol": 1e-12, "gtol": 1e-12, "max_nfev": 2000}
 #: The global check costs so many low-discrepancy points and refines the cheapest. Differential evolution is no check here: the
 #: valleys are thin (a cohesion of tens of Pa out of thousands), and it settles in the first that it meets.
 SCREENED, REFINED = 2**16, 64
@@ -38,22 +44,28 @@ def unit_of(variables) -> np.ndarray:
     return np.array([UNITS.get(name, 1.0) for name in variables])
 
 
-def objectives(surrogates: dict[str, Surrogate], targets: dict[str, float], variables):
+def objectives(surrogates: dict[str, Surrogate], targets: dict[str, float], variables, aims: dict[str, float] | None = None):
     """The function x -> (phi1, phi2, phi3, phi4); without a radius among the variables there is no phi4.
 
-    x (n,) gives (4,), or x (n, m) gives (4, m).
+    x (n,) gives (4,), or x (n, m) gives (4, m). aims: values to come to in place of the targets, which the errors stay relative to.
     """
     units = unit_of(variables)
+    aims = targets if aims is None else aims
 
     def phi(x):
         values = dict(zip(variables, (np.asarray(x, float).T * units).T, strict=True))
         with np.errstate(all="ignore"):
-            relative = [(surrogates[name].predict(values) - targets[name]) / targets[name] for name in OBJECTIVES[:3]]
+            relative = [(surrogates[name].predict(values) - aims[name]) / scale_of(name, targets[name]) for name in OBJECTIVES[:3]]
         if "radius_m" in variables:
             relative.append(10.0 * (np.pi / 2 - np.arctan(x[list(variables).index("radius_m")] - 5.0)))
         return np.array(relative)
 
     return phi
+
+
+def scale_of(response: str, target: float) -> float:
+    """What a response's error is relative to: its target, as in the paper; of soils with hardly any cohesion a least one."""
+    return max(target, LEAST_COHESION_PA) if response == "cohesion" else target
 
 
 def starts(low: np.ndarray, high: np.ndarray, n: int) -> np.ndarray:
@@ -93,35 +105,57 @@ def search(phi, weights, bounds: np.ndarray, variables, options: dict) -> Search
     root = np.sqrt(weights)
     guesses = starts(low, high, options["n_starts"])
     descents = [gauss_newton(phi, guess, weights, options["tolerance"], options["max_iterations"]) for guess in guesses]
-    candidates = [(d.cost, d.x, "gauss_newton") for d in descents if d.converged and ((d.x >= low) & (d.x <= high)).all()]
-    for guess in guesses:
-        found = least_squares(lambda x: root * phi(x), guess, bounds=bounds, x_scale=high - low)
-        candidates.append((float(found.cost), found.x, "bounded_least_squares"))
+    inside = [d for d in descents if d.converged and ((d.x >= low) & (d.x <= high)).all()]
     crowd = starts(low, high, SCREENED)
-    cheapest = np.argsort(weights @ phi(crowd.T) ** 2)[:REFINED]
-    refined = [least_squares(lambda x: root * phi(x), x, bounds=bounds, x_scale=high - low) for x in crowd[cheapest]]
-    candidates += [(float(found.cost), found.x, "screened_start") for found in refined]
-    minima = []
-    for cost, x, finders in distinct(candidates, high - low):
-        singular = np.linalg.svd(root[:, None] * jacobian(phi, x) * (high - low), compute_uv=False)
-        edge = [
-            name for name, value, a, b in zip(variables, x, low, high, strict=True) if min(value - a, b - value) < SAME * (b - a)
-        ]
-        minima.append(Minimum(x, cost, finders, tuple(edge), float(singular[0] / singular[-1])))
-    return Search(minima, descents, guesses, min(float(found.cost) for found in refined))
+    cheapest = crowd[np.argsort(weights @ phi(crowd.T) ** 2)[:REFINED]]
+    screened = [bounded(phi, root, bounds, x) for x in cheapest]
+    candidates = [(d.cost, d.x, ("gauss_newton",)) for d in inside]
+    candidates += [(*bounded(phi, root, bounds, guess), ("bounded_least_squares",)) for guess in guesses]
+    candidates += [(*found, ("screened_start",)) for found in screened]
+    for polish in (True, False):
+        candidates = distinct(candidates, high - low, lambda x: 0.5 * weights @ phi(x) ** 2)
+        if polish:
+            candidates = [(*bounded(phi, root, bounds, x, POLISH), finders) for _, x, finders in candidates]
+    minima = [minimum(phi, root, bounds, variables, *candidate) for candidate in candidates]
+    return Search(minima, descents, guesses, min(cost for cost, _ in screened))
 
 
-def distinct(
-    candidates: list[tuple[float, np.ndarray, str]], extent: np.ndarray
-) -> list[tuple[float, np.ndarray, tuple[str, ...]]]:
-    """Minima in order of cost, duplicates merged; each with all who found it."""
-    found: list[tuple[float, np.ndarray, list[str]]] = []
-    for cost, x, finder in sorted(candidates, key=lambda candidate: candidate[0]):
-        same = [entry for entry in found if np.abs((x - entry[1]) / extent).max() <= SAME]
-        if not same:
-            found.append((cost, x, [finder]))
-        elif finder not in same[0][2]:
-            same[0][2].append(finder)
+def bounded(phi, root: np.ndarray, bounds: np.ndarray, start: np.ndarray, settings: dict | None = None) -> tuple[float, np.ndarray]:
+    """Cost and place where bounded, damped least squares end from one start; dogbox is the quickest at the edges of a box."""
+    result = least_squares(
+        lambda x: root * phi(x),
+        start,
+        lambda x: root[:, None] * jacobian(phi, x),
+        bounds=bounds,
+        x_scale=bounds[1] - bounds[0],
+        **(settings or {"method": "dogbox"}),
+    )
+    return float(result.cost), result.x
+
+
+def minimum(phi, root, bounds, variables, cost: float, x: np.ndarray, finders: tuple[str, ...]) -> Minimum:
+    """A minimum with its active bounds and its conditioning."""
+    low, high = bounds
+    singular = np.linalg.svd(root[:, None] * jacobian(phi, x) * (high - low), compute_uv=False)
+    edge = [name for name, value, a, b in zip(variables, x, low, high, strict=True) if min(value - a, b - value) < SAME * (b - a)]
+    return Minimum(x, cost, finders, tuple(edge), float(singular[0] / singular[-1]))
+
+
+def distinct(candidates, extent: np.ndarray, cost_at: Callable) -> list[tuple[float, np.ndarray, tuple[str, ...]]]:
+    """Of candidates (cost, x, finders) those that a barrier separates from all cheaper ones, in order of cost, finders merged.
+
+    Searches end where the valley's floor hardly falls any more: two such ends are one minimum when the cost on the straight line
+    between them does not rise above the higher end. cost_at maps (n, k) points to (k,) costs.
+    """
+    found: list[list] = []
+    for cost, x, finders in sorted(candidates, key=lambda candidate: candidate[0]):
+        for known in found:
+            line = known[1][:, None] + (x - known[1])[:, None] * LINE
+            if np.abs((x - known[1]) / extent).max() <= SAME or cost_at(line).max() <= cost * (1.0 + BARRIER):
+                known[2] += [name for name in finders if name not in known[2]]
+                break
+        else:
+            found.append([cost, x, list(finders)])
     return [(cost, x, tuple(finders)) for cost, x, finders in found]
 
 
@@ -131,7 +165,7 @@ def calibrate_case(surrogates, targets, weights, options, variables):
     Parameters
     ----------
     targets : response -> value in its unit. weights : (4,), in the order of OBJECTIVES.
-    options : tolerance, max_iterations, n_starts.
+    options : tolerance, max_iterations, n_starts, unreachable ("as_given", or "nearest": aim at the nearest value within reach).
 
     Returns
     -------
@@ -143,7 +177,10 @@ def calibrate_case(surrogates, targets, weights, options, variables):
     units = unit_of(variables)
     bounds = np.array([surrogates["cohesion"].ranges[name] for name in variables]).T / units
     low, high = bounds
-    found = search(objectives(surrogates, targets, variables), weights, bounds, variables, options)
+    aims = (
+        targets if options["unreachable"] == "as_given" else within_reach(surrogates, targets, low * units, high * units, variables)
+    )
+    found = search(objectives(surrogates, targets, variables, aims), weights, bounds, variables, options)
     optimum = found.minima[0]
     inside = [d for d in found.descents if d.converged and np.abs((d.x - optimum.x) / (high - low)).max() <= SAME]
     shown = min(inside, key=lambda d: d.iterations) if inside else nearest(found.descents, found.guesses, optimum.x, high - low)
@@ -166,6 +203,21 @@ def calibrate_case(surrogates, targets, weights, options, variables):
     return row, shown, found
 
 
+def within_reach(surrogates, targets: dict[str, float], low, high, variables) -> dict[str, float]:
+    """The targets, those that no point between low and high (n,) reaches replaced by the nearest value that one does.
+
+    Aimed at as given, a far target would pull linearly: a cohesion of 1 Pa more would be worth degrees of both angles.
+    """
+    space = Space(tuple(variables), dict(zip(variables, zip(low, high, strict=True), strict=True)))
+    values = space.values(space.everywhere(REACH))
+    return {name: float(np.clip(targets[name], *span(surrogates[name].predict(values)))) for name in targets}
+
+
+def span(values: np.ndarray) -> tuple[float, float]:
+    """Lowest and highest value."""
+    return float(values.min()), float(values.max())
+
+
 def nearest(descents: list[Descent], guesses, best, extent) -> Descent:
     """The descent whose start is nearest to the optimum."""
     return descents[int(np.argmin((((guesses - best) / extent) ** 2).sum(axis=1)))]
@@ -184,11 +236,13 @@ def checked_weights(weights) -> np.ndarray:
 
 
 def targets_of(soils: pd.DataFrame, soil: str) -> dict[str, float]:
-    """Target of each response for one soil of the soil table; zero cannot be one, since the errors are relative."""
+    """Target of each response for one soil of the soil table."""
     rows = soils[soils["soil"] == soil].set_index("property")["value"]
     demand(len(rows) > 0, "soil of a case", soil, f"one of {sorted(soils['soil'].unique())}")
     for name, value in rows.items():
-        demand(value > 0, f"target {name} of {soil}", value, "above zero, because the objectives are relative errors")
+        demand(
+            value > 0 or (name == "cohesion" and value == 0), f"target {name} of {soil}", value, "above zero; cohesion may be zero"
+        )
     return rows.to_dict()
 
 

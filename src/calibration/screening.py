@@ -9,6 +9,7 @@ import pandas as pd
 
 from calibration import paper
 from calibration.errors import demand
+from calibration.noise import pooled_sd
 
 ANGLE = "angle_of_repose_deg"
 NOISE_LIMIT = 2.0
@@ -59,13 +60,6 @@ def angles(repose: pd.DataFrame, wanted: dict, material: dict, seeds) -> np.ndar
     for key in material:
         match &= np.isclose(repose[key], wanted[key], rtol=1e-9, atol=0.0)
     return repose.loc[match, ANGLE].to_numpy()
-
-
-def pooled_sd(groups: list[np.ndarray]) -> float:
-    """Standard deviation over seeds, pooled over groups of two and more runs; NaN if there are none."""
-    squares = sum(((g - g.mean()) ** 2).sum() for g in groups if len(g) > 1)
-    freedom = sum(len(g) - 1 for g in groups if len(g) > 1)
-    return float(np.sqrt(squares / freedom)) if freedom else float("nan")
 
 
 def summary(runs: np.ndarray) -> dict:

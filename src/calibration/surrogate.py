@@ -6,8 +6,7 @@ stands for the couple's own simulated response at x0. Ratios are never formed: a
 """
 
 import itertools
-import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -50,7 +49,10 @@ def factor_offset(form: str) -> float:
 
 @dataclass(frozen=True)
 class Surrogate:
-    """A fitted response; `predict` takes a mapping from variable to value(s). Errors of fit are in the response's unit."""
+    """A fitted response; `predict` takes a mapping from variable to value(s). Errors of fit are in the response's unit.
+
+    cv_rmse: root mean square error of points left out of the fit; cv_score: the same in units of the points' noise.
+    """
 
     response: str
     unit: str
@@ -62,7 +64,10 @@ class Surrogate:
     r_squared: float = float("nan")
     rmse: float = float("nan")
     cv_rmse: float = float("nan")
+    cv_score: float = float("nan")
     n_points: int = 0
+
+    model = "quadratic"
 
     def predict(self, values) -> np.ndarray:
         """Response in `unit`; values maps every variable to a number or to arrays of one shape."""
@@ -71,6 +76,15 @@ class Surrogate:
         for name, factor in self.g.items():
             result = result * factor(values[name])
         return result
+
+    def predict_with_error(self, values) -> tuple[np.ndarray, np.ndarray]:
+        """Response and its standard error: that of left-out points, everywhere alike; a polynomial cannot tell where it fails."""
+        mean = self.predict(values)
+        return mean, np.full(np.shape(mean), self.cv_rmse)
+
+    def believing(self, values) -> "Surrogate":
+        """Itself: one point more hardly changes a polynomial over the whole design."""
+        return self
 
 
 def polynomial_basis(grid: list[np.ndarray], powers) -> np.ndarray:
@@ -93,52 +107,49 @@ def least_squares(basis: np.ndarray, observed: np.ndarray, name: str) -> np.ndar
     return coefficients
 
 
-def left_out_residuals(basis: np.ndarray, residuals: np.ndarray) -> np.ndarray:
-    """Residual of every point when it is left out of the fit, from the leverages."""
-    q, _ = np.linalg.qr(basis)
-    return residuals / np.maximum(1.0 - (q**2).sum(axis=1), 1e-12)
-
-
-def fit_surrogate(response: str, points: pd.DataFrame, design: dict, material: dict, form: dict) -> tuple[Surrogate, pd.DataFrame]:
+def fit_surrogate(response: str, points: pd.DataFrame, design: dict, material: dict, form: dict) -> Surrogate:
     """Fit f on the grid and g on the sweeps.
 
-    Parameters
-    ----------
-    points : one row per simulated point with all variables, `point_id` and the response's column; seeds already averaged.
-    design, material : those parts of the study's configuration. form : {"f": "quadratic", "g": "quadratic" or "log"}.
-
-    Returns
-    -------
-    the surrogate, and a table of observed and predicted values (set "f": grid, "g": sweep).
+    points : one row per simulated point with all variables and the response's column; seeds already averaged. Points off the grid
+    and off the sweeps do not enter. design, material : those parts of the study's configuration.
+    form : {"f": "quadratic", "g": "quadratic" or "log"}. Raises CalibrationError for too few points.
     """
     column, unit = RESPONSES[response]
     names = tuple(design["grid"])
-    at_base = np.logical_and.reduce(
-        [np.isclose(points[name], material[name]) for name in design["sweep"]] or [np.ones(len(points), bool)]
-    )
-    on_grid = np.logical_and.reduce([np.isin(points[name], design["grid"][name]) for name in names])
-    grid = points[at_base & on_grid]
+    grid = points[on_grid(points, design, material)]
     powers = quadratic_powers(len(names))
     basis = polynomial_basis([grid[name].to_numpy() for name in names], powers)
     observed = grid[column].to_numpy()
     coefficients = least_squares(basis, observed, response)
     residuals = observed - basis @ coefficients
     spread = float(((observed - observed.mean()) ** 2).sum())
-    factors = {variable: fit_factor(response, points, grid, design, material, variable, form["g"]) for variable in design["sweep"]}
-    surrogate = Surrogate(
+    return Surrogate(
         response=response,
         unit=unit,
         grid_variables=names,
         powers=powers,
         coefficients=tuple(coefficients.tolist()),
-        g=factors,
-        ranges={name: (float(points[name].min()), float(points[name].max())) for name in design["variables"]},
+        g={variable: fit_factor(response, points, grid, design, material, variable, form["g"]) for variable in design["sweep"]},
+        ranges={name: (float(min(values)), float(max(values))) for name, values in {**design["grid"], **design["sweep"]}.items()},
         r_squared=1.0 - float((residuals**2).sum()) / spread if spread > 0 else float("nan"),
         rmse=float(np.sqrt((residuals**2).mean())),
-        cv_rmse=float(np.sqrt((left_out_residuals(basis, residuals) ** 2).mean())),
         n_points=len(grid),
     )
-    return surrogate, residual_table(surrogate, points, grid, design, column)
+
+
+def on_grid(points: pd.DataFrame, design: dict, material: dict) -> np.ndarray:
+    """Mask (n,) of the points that belong to the full factorial at the base values of the swept variables."""
+    at_base = [np.isclose(points[name], material[name]) for name in design["sweep"]]
+    return np.logical_and.reduce([*at_base, *(np.isin(points[name], design["grid"][name]) for name in design["grid"])])
+
+
+def on_sweep(points: pd.DataFrame, design: dict) -> np.ndarray:
+    """Mask (n,) of the points that belong to a sweep."""
+    at = [
+        np.logical_and.reduce([np.isclose(points[name], value) for name, value in couple.items()])
+        for couple in design["sweep_couples"]
+    ]
+    return np.logical_or.reduce(at) if design["sweep"] else np.zeros(len(points), bool)
 
 
 def fit_factor(response, points, grid, design, material, variable, form) -> Factor:
@@ -158,37 +169,6 @@ def fit_factor(response, points, grid, design, material, variable, form) -> Fact
     return Factor(form, float(reference), tuple(coefficients.tolist()))
 
 
-def residual_table(surrogate, points, grid, design, column) -> pd.DataFrame:
-    """Observed and predicted response of every point."""
-    table = points[["point_id", *design["variables"]]].copy()
-    table.insert(0, "response", surrogate.response)
-    table["observed"] = points[column]
-    table["predicted"] = surrogate.predict({name: points[name].to_numpy() for name in design["variables"]})
-    table["residual"] = table["observed"] - table["predicted"]
-    table["set"] = np.where(points["point_id"].isin(grid["point_id"]), "f", "g")
-    return table
-
-
-def averaged(responses: pd.DataFrame, column: str, variables: list[str]) -> pd.DataFrame:
-    """Campaign points with their response, averaged over seeds; screening and check points beyond the design do not count.
-
-    Only rows whose purposes name the grid or a sweep, and whose response is known, are used.
-    """
-    wanted = responses["purposes"].str.contains("grid|sweep") & (responses["fidelity"] == "campaign") & responses[column].notna()
-    return responses[wanted].groupby("point_id", sort=False)[[*variables, column]].mean().reset_index()
-
-
-def fit_all(repose: pd.DataFrame, strength: pd.DataFrame, design: dict, material: dict, forms: dict):
-    """Surrogates of all three properties: (name -> Surrogate, residual table)."""
-    surrogates, residuals = {}, []
-    for response, (column, _) in RESPONSES.items():
-        source = repose if response == "angle_of_repose" else strength
-        points = averaged(source, column, design["variables"])
-        surrogates[response], table = fit_surrogate(response, points, design, material, forms[response])
-        residuals.append(table)
-    return surrogates, pd.concat(residuals, ignore_index=True)
-
-
 def published() -> dict[str, Surrogate]:
     """The paper's surrogates, as decoded in `calibration.paper`."""
     ranges = {"radius_m": (25e-6, 500e-6), "static_friction": (0.0, 1.7), "rolling_friction": (0.0, 0.3)}
@@ -204,18 +184,3 @@ def published() -> dict[str, Surrogate]:
         )
         for response, entry in paper.SURROGATES.items()
     }
-
-
-def to_json(surrogates: dict[str, Surrogate], variables: list[str]) -> str:
-    """Surrogates as text that `from_json` reads back."""
-    return json.dumps({"variables": variables, "responses": {name: asdict(value) for name, value in surrogates.items()}}, indent=2)
-
-
-def from_json(text: str) -> dict[str, Surrogate]:
-    """Surrogates from what `to_json` wrote."""
-    surrogates = {}
-    for name, entry in json.loads(text)["responses"].items():
-        g = {variable: Factor(f["form"], f["reference"], tuple(f["coefficients"])) for variable, f in entry.pop("g").items()}
-        ranges = {variable: tuple(limits) for variable, limits in entry.pop("ranges").items()}
-        surrogates[name] = Surrogate(**entry, g=g, ranges=ranges)
-    return surrogates

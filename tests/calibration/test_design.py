@@ -6,9 +6,12 @@ from pathlib import Path
 import pytest
 import yaml
 
-from calibration import CalibrationError, expand
+from calibration import CalibrationError, expand, further
 
 CONFIG = yaml.safe_load((Path(__file__).parents[2] / "config" / "config.yaml").read_text())
+
+
+TWIN = {"radius_m": 8e-5, "static_friction": 0.6, "rolling_friction": 0.14, "repose_seeds": [1, 2], "shear_seeds": [1]}
 
 
 def changed(path, value):
@@ -55,12 +58,29 @@ def test_a_larger_study_keeps_all_identifiers_of_the_smaller_one(path, value):
 
 
 def test_a_fourth_design_variable_needs_no_code():
-    config = changed("design.grid.restitution", [0.3, 0.5])
+    config = changed("design.grid.restitution", [0.3, 0.5, 0.7])
     config["design"]["variables"].append("restitution")
     for couple in (*config["design"]["sweep_couples"], *config["fidelity"]["check"]["couples"]):
         couple["restitution"] = 0.5
     grid = expand(config)
-    assert grid[grid["purposes"].str.contains("grid")]["point_id"].nunique() == 70
+    assert grid[grid["purposes"].str.contains("grid")]["point_id"].nunique() == 105
+
+
+def test_a_twin_is_simulated_like_any_point_and_known_as_one():
+    table = expand(changed("twins.moon", TWIN))
+    hidden = table[table["purposes"] == "twin"]
+    assert len(hidden) == 2 + 4
+    assert set(hidden["rolling_friction"]) == {0.14}
+
+
+def test_further_points_are_rounded_so_that_the_same_point_is_the_same_simulation():
+    seeds = {"repose_seeds": [1], "shear_seeds": [1, 2]}
+    points = [{"radius_m": 123.4567e-6, "static_friction": 0.51234567}, {"radius_m": 123.4571e-6, "static_friction": 0.51234111}]
+    table = further(CONFIG, "refinement", points, seeds)
+    assert len(table) == 1 + 2 * 4
+    assert set(table["radius_m"]) == {123.5e-6}
+    assert set(table["density_kg_m3"]) == {3000.0}
+    assert list(further(CONFIG, "refinement", [], seeds).columns) == list(table.columns)
 
 
 @pytest.mark.parametrize(
@@ -75,6 +95,15 @@ def test_a_fourth_design_variable_needs_no_code():
             "design.sweep_couples static_friction is 0.4",
         ),
         ("screening.changes", {"restitution": 0.5}, "screening.changes.restitution is 0.5"),
+        ("design.grid.rolling_friction", [0.0, 0.1], "design.grid.rolling_friction is .*; allowed: at least three values"),
+        ("design.sweep.radius_m", [5e-5], "design values of radius_m is .*; allowed: at least two"),
+        ("twins", {"moon": {"radius_m": 5e-5, "repose_seeds": [1], "shear_seeds": [1]}}, "twins.moon is .*; allowed: .* and seeds"),
+        ("twins.moon", {**TWIN, "static_friction": 2.0}, "twins.moon.static_friction is 2.0; allowed: within the design, 0 to 1.7"),
+        (
+            "verify.shear_seeds",
+            [7, 1],
+            r"verify.shear_seeds is \[1\]; allowed: seeds that the campaign and its refinement do not use",
+        ),
     ],
 )
 def test_a_design_that_contradicts_itself_is_refused(path, value, message):

@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 
 from calibration import CalibrationError, calibrate, gauss_newton, paper, paper_optima, published
-from calibration.optimise import calibrate_case, objectives, search, targets_of
+from calibration.optimise import LEAST_COHESION_PA, calibrate_case, distinct, objectives, search, targets_of, within_reach
 
 VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
 EQUAL = np.full(4, 0.25)
-OPTIONS = {"tolerance": 1e-3, "max_iterations": 200, "n_starts": 8}
+OPTIONS = {"tolerance": 1e-3, "max_iterations": 200, "n_starts": 8, "unreachable": "as_given"}
 SAND = {"cohesion": 24.0, "friction_angle": 26.6, "angle_of_repose": 30.0}
 PROPERTY = {"cohesion_pa": "cohesion", "friction_angle_deg": "friction_angle", "angle_of_repose_deg": "angle_of_repose"}
 
@@ -27,7 +27,8 @@ def soil_table():
 
 def test_gauss_newton_solves_a_linear_problem_in_one_step():
     A = np.array([[1.0, 2.0], [3.0, 1.0], [0.5, -1.0]])
-    descent = gauss_newton(lambda x: A @ x - [3.0, 4.0, -0.5], np.zeros(2), np.ones(3), 1e-6, 10)
+    b = np.array([3.0, 4.0, -0.5])
+    descent = gauss_newton(lambda x: (x.T @ A.T - b).T, np.zeros(2), np.ones(3), 1e-6, 10)
     assert descent.converged
     assert descent.x == pytest.approx([1.0, 1.0])
     assert descent.iterations == 2  # the second step finds that nothing is left to do
@@ -86,6 +87,23 @@ def test_a_reachable_soil_is_found_exactly():
         assert float(surrogate.predict(row)) == pytest.approx(targets[name], rel=1e-3)
 
 
+def test_a_target_out_of_reach_is_aimed_at_from_its_nearest_value():
+    truth = {"radius_m": 60e-6, "static_friction": 0.5, "rolling_friction": 0.15}
+    targets = {name: float(s.predict(truth)) for name, s in published().items()} | {"cohesion": 1e6}
+    low, high = np.array([25e-6, 0.0, 0.0]), np.array([500e-6, 1.7, 0.3])
+    aims = within_reach(published(), targets, low, high, VARIABLES)
+    assert aims["friction_angle"] == targets["friction_angle"]
+    corners = [dict(zip(VARIABLES, (r, s, q), strict=True)) for r in (25e-6, 500e-6) for s in (0.0, 1.7) for q in (0.0, 0.3)]
+    assert max(float(published()["cohesion"].predict(corner)) for corner in corners) <= aims["cohesion"] < 1e6
+    weights = [0.25, 0.25, 0.25, 1e-9]
+    row, _, _ = calibrate_case(published(), targets, weights, {**OPTIONS, "unreachable": "nearest"}, VARIABLES)
+    given, _, _ = calibrate_case(published(), targets, weights, OPTIONS, VARIABLES)
+    error = {
+        k: abs(float(published()["friction_angle"].predict(v)) - targets["friction_angle"]) for k, v in enumerate((row, given))
+    }
+    assert error[0] < 0.1 < error[1]
+
+
 def test_without_a_radius_among_the_variables_there_is_no_fourth_objective():
     assert len(objectives(published(), SAND, VARIABLES)(np.ones(3))) == 4
     surrogates = published()
@@ -99,11 +117,25 @@ def test_weights_must_be_four_positive_numbers(weights):
         calibrate_case(published(), SAND, weights, OPTIONS, VARIABLES)
 
 
-def test_a_zero_target_is_refused_because_errors_are_relative():
+def test_a_zero_angle_is_refused_because_errors_are_relative_but_dry_sand_may_have_no_cohesion():
     soils = soil_table()
     soils.loc[0, "value"] = 0.0
-    with pytest.raises(CalibrationError, match="target cohesion of silica_barco_sand is 0.0"):
+    assert targets_of(soils, "silica_barco_sand")["cohesion"] == 0.0
+    phi = objectives(published(), {**SAND, "cohesion": 0.0}, VARIABLES)(np.array([70.0, 0.6, 0.08]))
+    values = dict(zip(VARIABLES, (70e-6, 0.6, 0.08), strict=True))
+    assert phi[1] == pytest.approx(published()["cohesion"].predict(values) / LEAST_COHESION_PA)
+    soils.loc[1, "value"] = 0.0
+    with pytest.raises(CalibrationError, match="target friction_angle of silica_barco_sand is 0.0"):
         targets_of(soils, "silica_barco_sand")
+
+
+def test_ends_along_one_valley_are_one_minimum_and_a_barrier_makes_two():
+    def cost(x):
+        return (x[0] ** 2 - 1.0) ** 2 + 1e-4 * (x[0] - 1.0) ** 2 + 0.0 * x[1]
+
+    ends = [(cost(np.array(x)), np.array(x), (name,)) for name, x in (("a", (1.0, 0.1)), ("b", (1.0, 0.9)), ("c", (-1.0, 0.5)))]
+    found = distinct(ends, np.array([4.0, 1.0]), cost)
+    assert [(x.tolist(), finders) for _, x, finders in found] == [([1.0, 0.1], ("a", "b")), ([-1.0, 0.5], ("c",))]
 
 
 def test_the_search_keeps_every_minimum_and_who_found_it():

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration import CalibrationError, from_json, paper, published, to_json
-from calibration.surrogate import averaged, fit_surrogate
+from calibration import CalibrationError, paper, published
+from calibration.surrogate import fit_surrogate
 
 DESIGN = {
     "variables": ["radius_m", "static_friction", "rolling_friction"],
@@ -37,38 +37,13 @@ def planted(g, noise=0.0):
     ],
 )
 def test_a_planted_product_is_recovered(form, g, coefficients):
-    surrogate, residuals = fit_surrogate("angle_of_repose", planted(g), DESIGN, MATERIAL, {"f": "quadratic", "g": form})
+    surrogate = fit_surrogate("angle_of_repose", planted(g), DESIGN, MATERIAL, {"f": "quadratic", "g": form})
     assert surrogate.g["radius_m"].coefficients == pytest.approx(coefficients)
     assert dict(zip(surrogate.powers, surrogate.coefficients, strict=True))[0, 1] == pytest.approx(60.0)
     assert surrogate.r_squared == pytest.approx(1.0)
-    assert residuals["residual"].abs().max() < 1e-9
-    assert residuals["set"].value_counts().to_dict() == {"f": 12, "g": 6}
-
-
-def test_the_cross_validated_error_is_that_of_refits_without_each_point():
-    points = planted(lambda x: 1 + 0 * x, noise=1.0)
-    form = {"f": "quadratic", "g": "log"}
-    surrogate, residuals = fit_surrogate("angle_of_repose", points, DESIGN, MATERIAL, form)
-    errors = []
-    for point in residuals.loc[residuals["set"] == "f", "point_id"]:
-        if (points.loc[points["point_id"] == point, ["static_friction", "rolling_friction"]].to_numpy() == [0.9, 0.3]).all():
-            design = {**DESIGN, "sweep_couples": DESIGN["sweep_couples"][:1]}
-        else:
-            design = {**DESIGN, "sweep_couples": DESIGN["sweep_couples"][1:]}
-        without, _ = fit_surrogate("angle_of_repose", points[points["point_id"] != point], design, MATERIAL, form)
-        row = points[points["point_id"] == point].iloc[0]
-        at_home = {name: row[name] for name in DESIGN["variables"]}
-        errors.append(row["angle_of_repose_deg"] - float(without.predict(at_home)))
-    assert surrogate.cv_rmse == pytest.approx(np.sqrt(np.mean(np.square(errors))), rel=1e-6)
-    assert surrogate.cv_rmse > surrogate.rmse
-
-
-def test_text_and_back_is_the_same_surrogate():
-    surrogates = published()
-    again = from_json(to_json(surrogates, DESIGN["variables"]))
-    for name, optimum in paper.OPTIMA.items():
-        for response in surrogates:
-            assert float(again[response].predict(optimum)) == float(surrogates[response].predict(optimum)), name
+    points = planted(g)
+    predicted = surrogate.predict({name: points[name].to_numpy() for name in DESIGN["variables"]})
+    assert predicted == pytest.approx(points["angle_of_repose_deg"].to_numpy())
 
 
 @pytest.mark.parametrize("case", list(paper.OPTIMA))
@@ -91,17 +66,3 @@ def test_a_design_that_does_not_determine_the_coefficients_is_refused():
     points = pd.concat([points.assign(point_id=points["point_id"] + str(k)) for k in range(3)])
     with pytest.raises(CalibrationError, match="rank of the design"):
         fit_surrogate("angle_of_repose", points, DESIGN, MATERIAL, {"f": "quadratic", "g": "log"})
-
-
-def test_only_campaign_rows_of_grid_and_sweep_are_averaged_over_their_seeds():
-    rows = pd.DataFrame(
-        {
-            "point_id": ["a", "a", "b", "c", "d"],
-            "purposes": ["grid,screening", "grid", "screening", "sweep", "grid"],
-            "fidelity": ["campaign", "campaign", "campaign", "campaign", "reference"],
-            "radius_m": 50e-6,
-            "angle_of_repose_deg": [20.0, 30.0, 1.0, np.nan, 1.0],
-        }
-    )
-    table = averaged(rows, "angle_of_repose_deg", ["radius_m"])
-    assert table[["point_id", "angle_of_repose_deg"]].to_numpy().tolist() == [["a", 25.0]]

@@ -1,10 +1,10 @@
-"""Screening, acceleration and reachability tables from small made-up campaigns."""
+"""Screening and acceleration tables from small made-up campaigns."""
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from calibration import CalibrationError, acceleration_table, reachability_table, screening_table
+from calibration import CalibrationError, acceleration_table, screening_table
 
 MATERIAL = {"static_friction": 0.3, "density_kg_m3": 3000.0}
 SCREENING = {"base_seeds": [1, 2, 3], "changed_seeds": [1, 2], "changes": {"static_friction": 0.5, "density_kg_m3": 4000.0}}
@@ -74,14 +74,3 @@ def test_a_study_without_check_points_has_an_empty_acceleration_table():
     table = acceleration_table(heaps(seed=[1], angle_of_repose_deg=[40.0]), shear)
     assert table.empty
     assert "bias" in table
-
-
-def test_an_unreachable_target_is_named_with_the_nearest_value_that_is_not():
-    strength = heaps(cohesion_pa=[0.0, 10.0], friction_angle_deg=[20.0, 45.0])
-    soils = pd.DataFrame(
-        [("moon", "angle_of_repose", 65.0), ("moon", "friction_angle", 40.0), ("moon", "cohesion", 300.0)],
-        columns=["soil", "property", "value"],
-    )
-    table = reachability_table(heaps(angle_of_repose_deg=[0.0, 52.0]), strength, soils).set_index("response")
-    assert table["reachable"].to_dict() == {"angle_of_repose": False, "friction_angle": True, "cohesion": False}
-    assert table.loc["angle_of_repose", "nearest_reachable"] == 52.0

@@ -1,4 +1,4 @@
-# Checks: what the acceleration costs in accuracy, and which targets can be reached at all.
+# Checks: what the acceleration costs in accuracy.
 
 
 rule check_acceleration:
@@ -15,20 +15,3 @@ rule check_acceleration:
         "Compare the accelerated simulations with the paper's fidelity, beside the seeds' scatter."
     script:
         "../scripts/check_acceleration.py"
-
-
-rule reachability:
-    input:
-        repose=f"{RESULTS}/repose.parquet",
-        strength=f"{RESULTS}/strength.parquet",
-        soils=f"{RESULTS}/soil.parquet",
-    output:
-        table=f"{RESULTS}/reachability.parquet",
-    log:
-        f"{LOGS}/reachability.log",
-    params:
-        inference=INFERENCE,
-    message:
-        "Compare every target with the range of the simulated responses."
-    script:
-        "../scripts/reachability.py"

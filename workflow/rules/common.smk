@@ -5,21 +5,25 @@ sys.path.insert(0, str(Path(workflow.basedir) / "workflow" / "scripts"))
 
 from _study import (
     check_config,
+    check_soils,
     experiment_settings,
     fingerprint,
+    proposed_simulations,
     simulations,
     soil_files,
 )
 from _provenance import versions
 
 check_config(config)
+check_soils(config)
 
 RESULTS = f"results/{config['study']}"
 LOGS = f"logs/{config['study']}"
 
+# The campaign is known beforehand. Later stages simulate where the optima lie: rounds of refinement, then the verification.
 SIMULATIONS = simulations(config)
-REPOSE = [name for name, row in SIMULATIONS.items() if row["experiment"] == "repose"]
-SHEAR = [name for name, row in SIMULATIONS.items() if row["experiment"] == "shear"]
+ROUNDS = config["refine"]["rounds"]
+LAST = f"{RESULTS}/rounds/{ROUNDS}"
 
 # Snakemake watches a rule's script, not the packages it imports; these close the gap. Comments and layout do not count.
 ENGINE = fingerprint("src/dem", without="src/dem/measure")
@@ -29,6 +33,9 @@ INFERENCE = fingerprint("src/calibration")
 
 wildcard_constraints:
     simulation="[0-9a-f]{10}",
+    round=r"\d+",
+    # where a stage's tables lie below results/<study>; the campaign's lie right there
+    stage=r"|/rounds/\d+|/verification",
 
 
 localrules:
@@ -39,9 +46,50 @@ localrules:
 
 def simulation_row(wildcards):
     """The design row of one simulation, so that a change of its values reruns just that simulation."""
-    return SIMULATIONS[wildcards.simulation]
+    name = wildcards.simulation
+    row = SIMULATIONS.get(name) or proposed_simulations(RESULTS)[name]
+    return {key: value for key, value in row.items() if key != "purposes"}
 
 
 def simulation_settings(wildcards):
     """The settings of one simulation's experiment at its fidelity."""
-    return experiment_settings(config, SIMULATIONS[wildcards.simulation])
+    return experiment_settings(config, simulation_row(wildcards))
+
+
+def stage_rows(stage):
+    """Design rows of a stage; those of the later stages are known when its checkpoint has run."""
+    if not stage:
+        return SIMULATIONS
+    if stage.endswith("verification"):
+        checkpoints.verification_design.get()
+    else:
+        checkpoints.refinement_design.get(round=stage.rpartition("/")[2])
+    return proposed_simulations(RESULTS, stage)
+
+
+def simulated(experiment, file):
+    """Input function: a file of every simulation of one experiment in a stage."""
+
+    def paths(wildcards):
+        rows = stage_rows(wildcards.stage)
+        names = [name for name, row in rows.items() if row["experiment"] == experiment]
+        return expand(
+            f"{RESULTS}/sims/{experiment}/{{simulation}}/{file}", simulation=names
+        )
+
+    return paths
+
+
+def known_tables(name):
+    """Input function: a table of the campaign and of all rounds up to this one."""
+
+    def paths(wildcards):
+        rounds = [f"{RESULTS}/rounds/{k}" for k in range(1, int(wildcards.round) + 1)]
+        return [f"{folder}/{name}.parquet" for folder in (RESULTS, *rounds)]
+
+    return paths
+
+
+def previous(name):
+    """Input function: a file of the round before."""
+    return lambda wildcards: f"{RESULTS}/rounds/{int(wildcards.round) - 1}/{name}"

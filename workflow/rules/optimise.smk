@@ -1,21 +1,62 @@
 # Step 4: find the grain parameters whose soil behaves like the real one.
 
 
-rule calibrate:
+rule reachability:
     input:
-        surrogates=f"{RESULTS}/surrogates.json",
+        surrogates=f"{RESULTS}/rounds/0/surrogates.json",
+        repose=f"{RESULTS}/repose.parquet",
+        strength=f"{RESULTS}/strength.parquet",
         soils=f"{RESULTS}/soil.parquet",
     output:
-        calibration=f"{RESULTS}/calibration.parquet",
-        iterations=f"{RESULTS}/iterations.parquet",
-        minima=f"{RESULTS}/minima.parquet",
+        table=f"{RESULTS}/reachability.parquet",
     log:
-        f"{LOGS}/calibrate.log",
+        f"{LOGS}/reachability.log",
+    params:
+        design=config["design"],
+        uncertainty=config["uncertainty"],
+        inference=INFERENCE,
+    message:
+        "Compare every target with the range of its response over the design."
+    script:
+        "../scripts/reachability.py"
+
+
+rule calibrate:
+    input:
+        surrogates=f"{RESULTS}/rounds/{{round}}/surrogates.json",
+        soils=f"{RESULTS}/soil.parquet",
+        reachability=f"{RESULTS}/reachability.parquet",
+    output:
+        calibration=f"{RESULTS}/rounds/{{round}}/calibration.parquet",
+        iterations=f"{RESULTS}/rounds/{{round}}/iterations.parquet",
+        minima=f"{RESULTS}/rounds/{{round}}/minima.parquet",
+    log:
+        f"{LOGS}/rounds/{{round}}/calibrate.log",
     params:
         optimise=config["optimise"],
         design=config["design"],
         inference=INFERENCE,
     message:
-        "Optimise the design variables of every case, on our surrogates and on the published ones."
+        "Optimise the design variables of every case; round {wildcards.round}."
     script:
         "../scripts/calibrate.py"
+
+
+rule calibrate_as_published:
+    input:
+        surrogates=f"{RESULTS}/rounds/0/surrogates.json",
+        soils=f"{RESULTS}/soil.parquet",
+    output:
+        calibration=f"{RESULTS}/as_published/calibration.parquet",
+        iterations=f"{RESULTS}/as_published/iterations.parquet",
+        minima=f"{RESULTS}/as_published/minima.parquet",
+    log:
+        f"{LOGS}/calibrate_as_published.log",
+    params:
+        optimise=config["optimise"],
+        design=config["design"],
+        inference=INFERENCE,
+    message:
+        "Optimise as the paper does: on the polynomials of our campaign, and on those that it prints."
+    script:
+        "../scripts/calibrate_as_published.py"

@@ -1,20 +1,21 @@
-# The report: tables and figures of the paper, ours beside the paper's.
+# The report: tables and figures of the paper, ours beside the paper's, and what goes beyond.
+
+REPORTED = [
+    *("soil", "design", "repose", "shear", "strength", "screening", "acceleration"),
+    *("reachability", "calibration", "iterations", "minima", "posterior"),
+    *("equivalents", "identifiability", "verification", "sensitivity", "coverage"),
+]
 
 
 rule report:
     input:
-        soils=f"{RESULTS}/soil.parquet",
-        design=f"{RESULTS}/design.parquet",
-        repose=f"{RESULTS}/repose.parquet",
-        shear=f"{RESULTS}/shear.parquet",
-        strength=f"{RESULTS}/strength.parquet",
-        screening=f"{RESULTS}/screening.parquet",
-        surrogates=f"{RESULTS}/surrogates.json",
-        residuals=f"{RESULTS}/residuals.parquet",
-        calibration=f"{RESULTS}/calibration.parquet",
-        iterations=f"{RESULTS}/iterations.parquet",
-        acceleration=f"{RESULTS}/acceleration.parquet",
-        reachability=f"{RESULTS}/reachability.parquet",
+        tables=[f"{RESULTS}/{name}.parquet" for name in REPORTED],
+        residuals=f"{LAST}/residuals.parquet",
+        surrogates=f"{LAST}/surrogates.json",
+        rounds=[
+            f"{RESULTS}/rounds/{k}/comparison.parquet" for k in range(1, ROUNDS + 1)
+        ],
+        twins=[f"{RESULTS}/twins.parquet"] if config["twins"] else [],
         template="workflow/report/template.html.j2",
         figures="workflow/scripts/_figures.py",
         builder="workflow/scripts/_report.py",

@@ -23,20 +23,14 @@ rule simulate_repose:
 
 rule measure_repose:
     input:
-        runs=expand(
-            f"{RESULTS}/sims/repose/{{simulation}}/run.parquet", simulation=REPOSE
-        ),
-        grains=expand(
-            f"{RESULTS}/sims/repose/{{simulation}}/grains.parquet", simulation=REPOSE
-        ),
-        timings=expand(
-            f"{RESULTS}/sims/repose/{{simulation}}/timing.json", simulation=REPOSE
-        ),
-        design=f"{RESULTS}/design.parquet",
+        runs=simulated("repose", "run.parquet"),
+        grains=simulated("repose", "grains.parquet"),
+        timings=simulated("repose", "timing.json"),
+        design=f"{RESULTS}{{stage}}/design.parquet",
     output:
-        table=f"{RESULTS}/repose.parquet",
+        table=f"{RESULTS}{{stage}}/repose.parquet",
     log:
-        f"{LOGS}/measure_repose.log",
+        f"{LOGS}{{stage}}/measure_repose.log",
     params:
         estimator=config["repose"]["estimator"],
         estimators=ESTIMATORS,

@@ -24,20 +24,14 @@ rule simulate_shear:
 
 rule measure_shear:
     input:
-        runs=expand(
-            f"{RESULTS}/sims/shear/{{simulation}}/run.parquet", simulation=SHEAR
-        ),
-        histories=expand(
-            f"{RESULTS}/sims/shear/{{simulation}}/history.parquet", simulation=SHEAR
-        ),
-        timings=expand(
-            f"{RESULTS}/sims/shear/{{simulation}}/timing.json", simulation=SHEAR
-        ),
-        design=f"{RESULTS}/design.parquet",
+        runs=simulated("shear", "run.parquet"),
+        histories=simulated("shear", "history.parquet"),
+        timings=simulated("shear", "timing.json"),
+        design=f"{RESULTS}{{stage}}/design.parquet",
     output:
-        table=f"{RESULTS}/shear.parquet",
+        table=f"{RESULTS}{{stage}}/shear.parquet",
     log:
-        f"{LOGS}/measure_shear.log",
+        f"{LOGS}{{stage}}/measure_shear.log",
     params:
         estimators=ESTIMATORS,
     message:
@@ -48,11 +42,11 @@ rule measure_shear:
 
 rule strength:
     input:
-        shear=f"{RESULTS}/shear.parquet",
+        shear=f"{RESULTS}{{stage}}/shear.parquet",
     output:
-        table=f"{RESULTS}/strength.parquet",
+        table=f"{RESULTS}{{stage}}/strength.parquet",
     log:
-        f"{LOGS}/strength.log",
+        f"{LOGS}{{stage}}/strength.log",
     params:
         strength=config["shear"]["strength"],
         normal_stress=config["shear"]["normal_stress"],

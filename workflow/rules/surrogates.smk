@@ -1,21 +1,21 @@
-# Step 3b: fit f(mu_s, mu_r) g(r) for each property.
+# Step 3b: fit f(mu_s, mu_r) g(r) and a Gaussian process for each property; again in every round of refinement.
 
 
 rule fit_surrogates:
     input:
-        repose=f"{RESULTS}/repose.parquet",
-        strength=f"{RESULTS}/strength.parquet",
+        repose=known_tables("repose"),
+        strength=known_tables("strength"),
     output:
-        surrogates=f"{RESULTS}/surrogates.json",
-        residuals=f"{RESULTS}/residuals.parquet",
+        surrogates=f"{RESULTS}/rounds/{{round}}/surrogates.json",
+        residuals=f"{RESULTS}/rounds/{{round}}/residuals.parquet",
     log:
-        f"{LOGS}/fit_surrogates.log",
+        f"{LOGS}/rounds/{{round}}/fit_surrogates.log",
     params:
         design=config["design"],
         material=config["material"],
         surrogate=config["surrogate"],
         inference=INFERENCE,
     message:
-        "Fit the surrogates of cohesion, friction angle and angle of repose (Equation 3)."
+        "Fit the surrogates of cohesion, friction angle and angle of repose (Equation 3); round {wildcards.round}."
     script:
         "../scripts/fit_surrogates.py"

@@ -13,6 +13,9 @@ from matplotlib.ticker import NullLocator
 #: Colours that stay apart for colour-blind readers (Okabe & Ito).
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"]
 
+#: Half width of the band around a target near zero, in its unit (Pa or degrees).
+LEAST_BAND = 1.0
+
 LABELS = {
     "cohesion_pa": "cohesion c (Pa)",
     "friction_angle_deg": "friction angle φ (°)",
@@ -111,20 +114,77 @@ def strength_lines(shear: pd.DataFrame, strength: pd.Series, columns: tuple[str,
     return figure
 
 
-def response_lines(points: pd.DataFrame, column: str, surrogate, radius_m: float, error: str | None = None) -> Figure:
-    """Figure 5 and its kin: a response over mu_s, one colour per mu_r; points simulated, lines fitted."""
+def response_lines(points: pd.DataFrame, column: str, surrogate, polynomial, radius_m: float, error: str | None = None) -> Figure:
+    """Figure 5 and its kin: a response over mu_s, one colour per mu_r; points simulated, lines fitted, dotted the polynomial."""
     figure, (axes,) = canvas()
-    s = np.linspace(0.0, points["static_friction"].max(), 80)
+    s = np.linspace(points["static_friction"].min(), points["static_friction"].max(), 80)
     for k, (rolling, group) in enumerate(points.groupby("rolling_friction")):
         colour = COLOURS[k % len(COLOURS)]
         means = group.groupby("static_friction")[column].mean()
         bars = group.groupby("static_friction")[error].mean() if error else None
         axes.errorbar(means.index, means, yerr=bars, fmt="o", color=colour, capsize=2, label=f"µr = {rolling:g}")
         values = {"static_friction": s, "rolling_friction": np.full_like(s, rolling), "radius_m": np.full_like(s, radius_m)}
-        axes.plot(s, surrogate.predict(values), color=colour, linewidth=1)
+        mean, spread = surrogate.predict_with_error(values)
+        axes.plot(s, mean, color=colour, linewidth=1.2)
+        axes.fill_between(s, mean - spread, mean + spread, color=colour, alpha=0.15, linewidth=0)
+        axes.plot(s, polynomial.predict(values), ":", color=colour, linewidth=1)
     axes.set_xlabel(LABELS["static_friction"])
     axes.set_ylabel(LABELS[column])
     axes.legend(fontsize="small", ncols=2)
+    return figure
+
+
+def residual_map(residuals: pd.DataFrame, radius_m: float) -> Figure:
+    """Left-out errors over the friction grid at the base radius: a column per response, a row per kind of surrogate."""
+    here = residuals[np.isclose(residuals["radius_m"], radius_m) & (residuals["set"] == "f")]
+    responses, kinds = list(dict.fromkeys(here["response"])), list(dict.fromkeys(here["model"]))
+    figure = Figure(figsize=(11, 5.6), layout="constrained")
+    panels = figure.subplots(len(kinds), len(responses), squeeze=False, sharex=True, sharey=True)
+    for column, response in enumerate(responses):
+        of_response = here[here["response"] == response]
+        limit = float(of_response["left_out_residual"].abs().quantile(0.98)) or 1.0
+        for row, kind in enumerate(kinds):
+            axes, points = panels[row, column], of_response[of_response["model"] == kind]
+            shades = axes.scatter(
+                points["static_friction"], points["rolling_friction"], c=points["left_out_residual"], s=160, cmap="RdBu",
+                vmin=-limit, vmax=limit, edgecolors="black", linewidths=0.4,
+            )  # fmt: skip
+            axes.set_title(f"{response.replace('_', ' ')}, {kind.replace('_', ' ')}", fontsize="small")
+        figure.colorbar(shades, ax=panels[:, column], label=f"error ({'Pa' if response == 'cohesion' else '°'})")
+    for axes in panels[-1]:
+        axes.set_xlabel(LABELS["static_friction"])
+    for axes in panels[:, 0]:
+        axes.set_ylabel(LABELS["rolling_friction"])
+    return figure
+
+
+def iso_responses(calibration: pd.DataFrame, posterior: pd.DataFrame, equivalents: pd.DataFrame, surrogates: dict) -> Figure:
+    """For every case: curves of equal response through its targets in the friction plane, posterior, equivalents and optimum."""
+    ours = calibration[calibration["surrogate"] == "ours"]
+    figure, panels = canvas(len(ours), width=max(5.0 * len(ours), 8.0), height=4.4)
+    limits = next(iter(surrogates.values())).ranges
+    s, r = np.meshgrid(np.linspace(*limits["static_friction"], 90), np.linspace(*limits["rolling_friction"], 90))
+    for axes, (_, optimum) in zip(panels, ours.iterrows(), strict=False):
+        own = posterior[posterior["case"] == optimum["case"]]
+        axes.plot(own["static_friction"], own["rolling_friction"], ".", color="0.7", markersize=2.5, zorder=0)
+        values = {"static_friction": s, "rolling_friction": r, "radius_m": np.full_like(s, optimum["radius_m"])}
+        for k, (response, surrogate) in enumerate(surrogates.items()):
+            column = next(name for name in LABELS if name.startswith(response))
+            target, field = optimum[f"target_{column}"], surrogate.predict(values)
+            reached = field.min() <= target <= field.max()
+            label = f"{LABELS[column].split('(')[0]}= {target:g}" + ("" if reached else ": nowhere")
+            axes.plot([], [], color=COLOURS[k], label=label)
+            if reached:
+                axes.contour(s, r, field, levels=[target], colors=COLOURS[k])
+                band = max(0.05 * abs(target), LEAST_BAND)
+                axes.contourf(s, r, field, levels=[target - band, target + band], colors=COLOURS[k], alpha=0.15)
+        sets = equivalents[equivalents["case"] == optimum["case"]]
+        axes.plot(sets["static_friction"], sets["rolling_friction"], "o", color="0.2", markerfacecolor="none", markersize=4)
+        axes.plot(optimum["static_friction"], optimum["rolling_friction"], "*", color="black", markersize=13)
+        axes.set_title(f"{optimum['case'].replace('_', ' ')}, r = {1e6 * optimum['radius_m']:.0f} µm", fontsize="medium")
+        axes.set_xlabel(LABELS["static_friction"])
+        axes.legend(fontsize="x-small", loc="upper right")
+    panels[0].set_ylabel(LABELS["rolling_friction"])
     return figure
 
 
@@ -156,7 +216,7 @@ def iterations(history: pd.DataFrame) -> Figure:
     """Cost over Gauss-Newton iterations for every case, ours and on the published surrogates."""
     figure, (axes,) = canvas()
     for k, ((case, source), run) in enumerate(history.groupby(["case", "surrogate"], sort=False)):
-        style = "-" if source == "ours" else "--"
+        style = {"ours": "-", "polynomial": "-.", "published": "--"}[source]
         axes.semilogy(run["iteration"], run["cost"], style, color=COLOURS[k % 7], label=f"{case} ({source})")
     axes.set_xlabel("Gauss–Newton iteration")
     axes.set_ylabel("cost")

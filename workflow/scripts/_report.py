@@ -10,28 +10,19 @@ import pandas as pd
 import yaml
 
 import _figures
+import _report_calibration as calibrated
+from _report_text import number, with_error
 from _tables import read_provenance, read_table
 from calibration import from_json, paper, published
 from calibration.mohr_coulomb import COLUMNS
 from calibration.surrogate import RESPONSES
 
 TEMPLATES = Path(__file__).resolve().parents[1] / "report"
-TABLES = (
-    "soil",
-    "design",
-    "repose",
-    "shear",
-    "strength",
-    "screening",
-    "residuals",
-    "calibration",
-    "iterations",
-    "acceleration",
-    "reachability",
-)
 #: Heaps at Table 2's points should come this near to EDEM's.
 EDEM_TOLERANCE_DEG = 2.5
 
+#: Whose surrogates an optimum was found on.
+SOURCES = {"ours": "ours", "polynomial": "f·g on our simulations", "published": "published f·g"}
 ASSUMPTIONS = (
     "Equal spheres unless a spread of radii is configured; the paper does not say.",
     "Tube, plate and the shear box's plates have the friction and stiffness of the grains; the box's side walls are smooth.",
@@ -43,16 +34,6 @@ ASSUMPTIONS = (
 )
 
 
-def number(value, digits: int = 1, scale: float = 1.0) -> str:
-    """A number for a table; a dash where there is none."""
-    return "–" if value is None or pd.isna(value) else f"{scale * value:.{digits}f}"
-
-
-def with_error(value, error, digits: int = 1) -> str:
-    """Value ± error; the value alone where the error is unknown."""
-    return number(value, digits) if pd.isna(error) else f"{number(value, digits)} ± {number(error, digits)}"
-
-
 def embedded(figure, alt: str, caption: str) -> dict:
     """A figure as base64 PNG with its texts."""
     buffer = io.BytesIO()
@@ -60,29 +41,42 @@ def embedded(figure, alt: str, caption: str) -> dict:
     return {"data": base64.b64encode(buffer.getvalue()).decode(), "alt": alt, "caption": caption}
 
 
-def build(results: Path, config: dict, versions: dict) -> str:
-    """HTML of the report on the study in folder `results`."""
-    tables = {name: read_table(str(results / f"{name}.parquet"), name) for name in TABLES}
-    surrogates = from_json((results / "surrogates.json").read_text(encoding="utf-8"))
+def build(files, config: dict, versions: dict) -> str:
+    """HTML of the report on a finished study; files: the rule's input (tables, residuals, surrogates, rounds, twins)."""
+    tables = {Path(path).stem: read_table(path, Path(path).stem) for path in files.tables}
+    results = Path(files.tables[0]).parent
+    text = Path(files.surrogates).read_text(encoding="utf-8")
+    models = {kind: from_json(text, kind) for kind in ("chosen", "quadratic", "gaussian_process")}
+    chosen, polynomials = models.pop("chosen"), models["quadratic"]
+    rounds = [read_table(path, "verification") for path in files.rounds]
+    twins = read_table(files.twins[0], "twins") if files.twins else None
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(TEMPLATES), autoescape=True, trim_blocks=True)
     return environment.get_template("template.html.j2").render(
         study=config["study"],
         cost=cost_sentence(tables),
-        answer=answer_table(tables["calibration"]),
-        answer_remarks=answer_remarks(tables),
+        answer=calibrated.answer_table(tables["calibration"]),
+        properties=calibrated.properties_table(tables["verification"]),
+        answer_remarks=calibrated.answer_remarks(tables),
         soils=soil_table(tables["soil"]),
-        reachability=reachability_table(tables["reachability"]),
-        reach_remarks=reach_remarks(tables["reachability"]),
+        reachability=calibrated.reachability_table(tables["reachability"]),
+        reach_remarks=calibrated.reach_remarks(tables["reachability"]),
         screening=screening_table(tables["screening"]),
         screening_remarks=screening_remarks(tables["screening"], config),
-        equation=equation_table(surrogates),
-        quality=quality_table(surrogates),
-        fit_remarks=fit_remarks(tables, surrogates),
+        equation=equation_table(polynomials),
+        quality=calibrated.quality_table(models),
+        fit_remarks=calibrated.fit_remarks(tables, chosen),
+        sensitivity=calibrated.sensitivity_table(tables["sensitivity"]),
         optimisation=optimisation_table(tables["calibration"]),
+        minima=calibrated.minima_table(tables["minima"]),
+        identifiability=calibrated.identifiability_table(tables["identifiability"]),
+        verification=calibrated.verification_table(tables["verification"]),
+        gaps=calibrated.gap_table(rounds, tables["verification"]) if rounds else None,
+        coverage=calibrated.coverage_sentence(tables["coverage"]),
+        twins=calibrated.twin_table(twins),
         acceleration=acceleration_table(tables["acceleration"]),
         acceleration_remarks=acceleration_remarks(tables["acceleration"]),
         failed=failed_table(tables),
-        figures=all_figures(results, config, tables, surrogates),
+        figures=all_figures(results, config, tables, chosen, polynomials, read_table(files.residuals, "residuals")),
         assumptions=ASSUMPTIONS,
         versions=versions,
         engine=engine_of(results, tables),
@@ -105,55 +99,6 @@ def cost_sentence(tables) -> str:
     return f"{counts}: {steps:.2g} grain-steps in {minutes:.1f} core-minutes."
 
 
-def answer_table(calibration: pd.DataFrame) -> pd.DataFrame:
-    """Our optima with predicted properties beside the targets."""
-    ours = calibration[calibration["surrogate"] == "ours"]
-    return pd.DataFrame(
-        {
-            "case": ours["case"],
-            "r (µm)": [number(v, 1, 1e6) for v in ours["radius_m"]],
-            "µs": [number(v, 3) for v in ours["static_friction"]],
-            "µr": [number(v, 4) for v in ours["rolling_friction"]],
-            "c (Pa), target": [
-                f"{number(a, 0)} / {number(b, 0)}" for a, b in zip(ours["cohesion_pa"], ours["target_cohesion_pa"], strict=True)
-            ],
-            "φ (°), target": [
-                f"{number(a)} / {number(b)}"
-                for a, b in zip(ours["friction_angle_deg"], ours["target_friction_angle_deg"], strict=True)
-            ],
-            "A (°), target": [
-                f"{number(a)} / {number(b)}"
-                for a, b in zip(ours["angle_of_repose_deg"], ours["target_angle_of_repose_deg"], strict=True)
-            ],
-            "status": ours["status"].str.replace("_", " "),
-        }
-    )
-
-
-def answer_remarks(tables) -> list[str]:
-    """What a reader must know before using the parameters."""
-    remarks = ["These are predictions of the surrogates; they are not yet confirmed by simulating the optimum."]
-    for _, row in tables["calibration"].query("surrogate == 'ours'").iterrows():
-        if row["at_bound"]:
-            remarks.append(
-                f"{row['case']}: the optimum lies at the edge of the simulated design ({row['at_bound'].replace(',', ', ')})."
-            )
-        if row["status"] != "converged":
-            remarks.append(f"{row['case']}: {row['reason']}.")
-        for name, (column, unit) in RESPONSES.items():
-            simulated = tables["reachability"].query("response == @name").iloc[0]
-            low, high = simulated["lowest_simulated"], simulated["highest_simulated"]
-            if not low <= row[column] <= high:
-                response = name.replace("_", " ")
-                remarks.append(
-                    f"{row['case']}: the predicted {response}, {row[column]:.1f} {unit}, lies beyond all that was simulated "
-                    f"({low:.1f} to {high:.1f}): the surrogate extrapolates, and no such soil is known to exist."
-                )
-        if row["n_distinct"] > 1:
-            remarks.append(f"{row['case']}: {row['n_distinct']} distinct minima were found; the cheapest is shown.")
-    return remarks
-
-
 def soil_table(soils: pd.DataFrame) -> pd.DataFrame:
     """Table 1."""
     return pd.DataFrame(
@@ -168,31 +113,6 @@ def soil_table(soils: pd.DataFrame) -> pd.DataFrame:
             "source": soils["source"],
         }
     )
-
-
-def reachability_table(table: pd.DataFrame) -> pd.DataFrame:
-    """Targets and simulated ranges."""
-    return pd.DataFrame(
-        {
-            "soil": table["soil"],
-            "property": table["response"].str.replace("_", " "),
-            "target": [number(v) for v in table["target"]],
-            "simulated": [
-                f"{number(a)} to {number(b)}" for a, b in zip(table["lowest_simulated"], table["highest_simulated"], strict=True)
-            ],
-            "reachable": np.where(table["reachable"], "yes", "no"),
-        }
-    )
-
-
-def reach_remarks(table: pd.DataFrame) -> list[str]:
-    """One sentence per target outside the simulated range."""
-    return [
-        f"The {row['response'].replace('_', ' ')} of {row['soil']}, {row['target']:g}, is out of reach: simulated points give "
-        f"{row['lowest_simulated']:.1f} to {row['highest_simulated']:.1f}; "
-        f"the nearest reachable value is {row['nearest_reachable']:.1f}."
-        for _, row in table[~table["reachable"]].iterrows()
-    ]
 
 
 def screening_table(table: pd.DataFrame) -> pd.DataFrame:
@@ -267,36 +187,19 @@ def equation_table(surrogates) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["response", "term", "ours", "paper's"])
 
 
-def quality_table(surrogates) -> pd.DataFrame:
-    """Errors of fit."""
-    rows = [
-        (s.response.replace("_", " "), s.unit, s.n_points, number(s.r_squared, 3), number(s.rmse, 2), number(s.cv_rmse, 2))
-        for s in surrogates.values()
-    ]
-    return pd.DataFrame(rows, columns=["response", "unit", "points", "R²", "RMSE", "RMSE, left out"])
-
-
-def fit_remarks(tables, surrogates) -> list[str]:
-    """What limits the surrogates."""
-    strength = tables["strength"].query("fidelity == 'campaign'")
-    noise, spread = strength["cohesion_se_pa"].median(), strength["cohesion_pa"].std()
-    remarks = [
-        f"Cohesion of a point is known to ± {noise:.0f} Pa (median standard error), beside a spread of {spread:.0f} Pa "
-        "over the design: grains without adhesion have almost none, and what the regression finds is mostly noise."
-    ]
-    for s in surrogates.values():
-        if s.r_squared < 0.9:
-            remarks.append(f"The quadratic describes {s.response.replace('_', ' ')} poorly (R² = {s.r_squared:.2f}).")
-    return remarks
-
-
 def optimisation_table(calibration: pd.DataFrame) -> pd.DataFrame:
     """All optima, and the printed ones."""
     rows = []
     for _, row in calibration.iterrows():
-        source = "our surrogates" if row["surrogate"] == "ours" else "published surrogates"
         rows.append(
-            (row["case"], source, *optimum_cells(row), number(row["cost"], 5), row["iterations"], row["status"].replace("_", " "))
+            (
+                row["case"],
+                SOURCES[row["surrogate"]],
+                *optimum_cells(row),
+                number(row["cost"], 5),
+                row["iterations"],
+                row["status"].replace("_", " "),
+            )
         )
     for case, printed in paper.OPTIMA.items():
         status = {True: "converged", False: "not converged", None: "–"}[printed["converged"]]
@@ -374,12 +277,24 @@ def base_point(table: pd.DataFrame, config: dict) -> pd.DataFrame:
     return grid[grid["point_id"] == grid.loc[distance.idxmin(), "point_id"]]
 
 
-def all_figures(results: Path, config: dict, tables, surrogates) -> dict:
+def all_figures(results: Path, config: dict, tables, chosen, polynomials, residuals) -> dict:
     """Every figure, embedded."""
     two_dimensional = set(config["design"]["grid"]) == {"static_friction", "rolling_friction"}
     figures = {**experiment_figures(results, config, tables)}
     if two_dimensional:
-        figures |= response_figures(config, tables, surrogates)
+        figures |= response_figures(config, tables, chosen, polynomials)
+        figures["residuals"] = embedded(
+            _figures.residual_map(residuals, config["material"]["radius_m"]),
+            "Errors of both surrogates at left-out points of the friction grid",
+            "Residual maps: simulated minus predicted when the point is left out of the fit, over the friction grid at r0. "
+            "Top: the paper's polynomial; bottom: the Gaussian process.",
+        )
+        figures["iso"] = embedded(
+            _figures.iso_responses(tables["calibration"], tables["posterior"], tables["equivalents"], chosen),
+            "Curves of equal response through the targets, with the parameters that are consistent with them",
+            "Curves on which each property has its target value (bands: ± 5 %), at the optimum's radius. Dots: parameters "
+            "consistent with the targets at any radius (posterior); circles: the equivalent sets; star: the optimum.",
+        )
     figures["iterations"] = embedded(
         _figures.iterations(tables["iterations"]),
         "Cost over iterations",
@@ -434,7 +349,7 @@ def experiment_figures(results: Path, config: dict, tables) -> dict:
     return figures
 
 
-def response_figures(config: dict, tables, surrogates) -> dict:
+def response_figures(config: dict, tables, chosen, polynomials) -> dict:
     """Responses over the friction grid and the radius sweep."""
     figures, sweeps = {}, {}
     for response, (column, _) in RESPONSES.items():
@@ -444,13 +359,14 @@ def response_figures(config: dict, tables, surrogates) -> dict:
         grid = known[known["purposes"].str.contains("grid")]
         name = response.replace("_", " ")
         figures[response] = embedded(
-            _figures.response_lines(grid, column, surrogates[response], config["material"]["radius_m"], error),
+            _figures.response_lines(grid, column, chosen[response], polynomials[response], config["material"]["radius_m"], error),
             f"{name} over static and rolling friction",
-            f"{'Figure 5: ' if response == 'angle_of_repose' else ''}{name} at r0; points simulated, lines f(µs, µr).",
+            f"{'Figure 5: ' if response == 'angle_of_repose' else ''}{name} at r0; points simulated, lines the surrogate that the "
+            "optimiser uses, dotted the paper's f(µs, µr).",
         )
         sweeps[response] = known[known["purposes"].str.contains("sweep")]
     figures["radius_sweep"] = embedded(
-        _figures.radius_sweep(sweeps, surrogates),
+        _figures.radius_sweep(sweeps, polynomials),
         "Responses over the radius",
         "Radius sweep; lines are g(r) times the couple's value at r0.",
     )

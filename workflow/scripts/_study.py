@@ -9,7 +9,10 @@ import jsonschema
 import yaml
 from snakemake.exceptions import WorkflowError
 
+from _tables import read_table
+from calibration import CalibrationError, measure_soil
 from calibration.design import expand
+from calibration.errors import demand
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -61,11 +64,27 @@ def simulations(config: dict) -> dict[str, dict]:
         table = expand(config)
     except ValueError as error:
         raise WorkflowError(str(error)) from None
+    return plain_rows(table)
+
+
+def plain_rows(table) -> dict[str, dict]:
+    """simulation_id -> row of a design table, with plain Python values (None where a value does not apply)."""
     rows = {}
     for row in table.to_dict("records"):
         plain = {key: value.item() if hasattr(value, "item") else value for key, value in row.items()}
         plain = {key: None if isinstance(value, float) and math.isnan(value) else value for key, value in plain.items()}
         rows[plain["simulation_id"]] = plain
+    return rows
+
+
+def proposed_simulations(results: str, stage: str = "") -> dict[str, dict]:
+    """simulation_id -> design row of what the later stages simulate: of one stage, or of all that are planned so far."""
+    folders = [results + stage] if stage else [f"{results}/verification", *sorted(map(str, Path(results).glob("rounds/*")))]
+    rows = {}
+    for folder in folders:
+        path = Path(folder) / "design.parquet"
+        if path.is_file():
+            rows |= plain_rows(read_table(str(path), "design"))
     return rows
 
 
@@ -102,6 +121,27 @@ def soil_files(config: dict) -> list[str]:
             known = ", ".join(sorted(path.stem for path in folder.glob("*.yaml")))
             raise WorkflowError(f"soils: there is no config/soils/{soil}.yaml; existing soils: {known}.")
     return [f"config/soils/{soil}.yaml" for soil in config["soils"]]
+
+
+def check_soils(config: dict) -> None:
+    """Read every soil file, so that an impossible target is refused before anything is simulated; cases must name a soil."""
+    try:
+        for path in soil_files(config):
+            measure_soil(ROOT / path)
+        known = [*config["soils"], *config["twins"]]
+        for case in config["optimise"]["cases"]:
+            demand(case["soil"] in known, f"optimise.cases: soil of {case['case']}", case["soil"], f"one of {known}")
+        names = [case["case"] for case in config["optimise"]["cases"]]
+        demand(len(set(names)) == len(names), "optimise.cases: names", names, "each only once")
+        models = [form["model"] for form in config["surrogate"].values()]
+        demand(
+            config["refine"]["rounds"] == 0 or set(models) != {"quadratic"},
+            "refine.rounds",
+            config["refine"]["rounds"],
+            "0 when surrogate.*.model is quadratic throughout: polynomials cannot be refined at a point",
+        )
+    except CalibrationError as error:
+        raise WorkflowError(str(error)) from None
 
 
 def fingerprint(folder: str, without: str | None = None) -> str:

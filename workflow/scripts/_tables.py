@@ -95,6 +95,23 @@ def read_table(path: str, name: str):
     return check_table(frame, name, str(path))
 
 
+def read_all(paths, name: str):
+    """One table from several files of the same kind; a simulation that is in more than one counts once."""
+    import pandas as pd
+
+    frames = [read_table(path, name) for path in paths]
+    table = pd.concat([frame for frame in frames if len(frame)] or frames[:1], ignore_index=True)
+    return table.drop_duplicates("simulation_id", ignore_index=True) if "simulation_id" in table else table
+
+
+def empty_table(name: str):
+    """A DataFrame without rows that has a schema's columns."""
+    import pandas as pd
+
+    kinds = {"string": str, "integer": int, "number": float, "boolean": bool}
+    return pd.DataFrame({column: pd.Series(dtype=kinds[rule["type"]]) for column, rule in load_schema(name).items()})
+
+
 def read_provenance(path: str) -> dict:
     """The provenance in a table's metadata; empty if it has none."""
     metadata = pq.read_schema(path).metadata or {}

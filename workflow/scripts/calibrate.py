@@ -1,26 +1,18 @@
-"""Adapt rule `calibrate` to `calibration.calibrate`, on our surrogates and on the published ones."""
+"""Adapt rule `calibrate` to `calibration.calibrate`."""
 
 from pathlib import Path
 
-import pandas as pd
-
 from _log import log_to
 from _tables import read_table, write_table
-from calibration import calibrate, from_json, published
-
-#: The paper's surrogates know these variables and no others.
-PUBLISHED_VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
+from calibration import calibrate, from_json
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
+    for _, row in read_table(snakemake.input.reachability, "reachability").query("not reachable").iterrows():
+        print(f"{row['response']} of {row['soil']} is out of reach: {row['target']:g}; nearest is {row['nearest_reachable']:.4g}.")
     soils = read_table(snakemake.input.soils, "soil")
-    ours = from_json(Path(snakemake.input.surrogates).read_text(encoding="utf-8"))
-    options = snakemake.params.optimise
-    results = [
-        calibrate(ours, soils, options, snakemake.params.design["variables"], "ours"),
-        calibrate(published(), soils, options, PUBLISHED_VARIABLES, "published"),
-    ]
+    models = from_json(Path(snakemake.input.surrogates).read_text(encoding="utf-8"))
+    results = calibrate(models, soils, snakemake.params.optimise, snakemake.params.design["variables"], "ours")
     provenance = {"rule": snakemake.rule, **dict(snakemake.params.items())}
-    for k, name in enumerate(("calibration", "iterations", "minima")):
-        table = pd.concat([result[k] for result in results], ignore_index=True)
-        write_table(table, snakemake.output[name], name, provenance)
+    for table, name in zip(results, ("optima", "iterations", "minima"), strict=True):
+        write_table(table, snakemake.output["calibration" if name == "optima" else name], name, provenance)

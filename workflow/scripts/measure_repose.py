@@ -5,7 +5,7 @@ import json
 import pandas as pd
 
 from _log import log_to
-from _tables import read_table, write_table
+from _tables import empty_table, read_table, write_table
 from dem.measure.heap import measure_heap
 
 NOTHING = {"angle_profile_deg": None, "angle_silhouette_deg": None, "angle_azimuth_sd_deg": None, "heap_height_m": None}
@@ -30,6 +30,9 @@ def main(files, estimator, provenance, output):
         run = read_table(run_path, "repose_run").to_dict("records")[0]
         with open(timing_path, encoding="utf-8") as file:
             rows.append({**measured(run, grains_path), **json.load(file)})
+    if not rows:  # a round in which every case is settled
+        write_table(empty_table("repose"), output, "repose", provenance)
+        return
     table = design.merge(pd.DataFrame(rows), on="simulation_id", validate="one_to_one")
     for column in NOTHING:
         table[column] = table[column].astype(float)

@@ -6,7 +6,7 @@ import math
 import pandas as pd
 
 from _log import log_to
-from _tables import read_table, write_table
+from _tables import empty_table, read_table, write_table
 from dem.measure.shear import strength
 
 #: The plateau is the mean over this last fraction of the displacement.
@@ -32,7 +32,7 @@ def main(files, provenance, output):
         run = read_table(run_path, "shear_run").to_dict("records")[0]
         with open(timing_path, encoding="utf-8") as file:
             rows.append({**measured(run, history_path), **json.load(file)})
-    table = design.merge(pd.DataFrame(rows), on="simulation_id", validate="one_to_one")
+    table = design.merge(pd.DataFrame(rows), on="simulation_id", validate="one_to_one") if rows else empty_table("shear")
     write_table(table, output, "shear", provenance)
 
 

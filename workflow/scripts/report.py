@@ -7,5 +7,5 @@ from _report import build
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
-    html = build(Path(snakemake.output.html).parent, snakemake.params.config, snakemake.params.versions)
+    html = build(snakemake.input, snakemake.params.config, snakemake.params.versions)
     Path(snakemake.output.html).write_text(html, encoding="utf-8")

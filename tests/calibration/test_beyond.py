@@ -1,0 +1,197 @@
+"""Refinement, verification, twins, sensitivity and reachability."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from calibration import (
+    Space,
+    comparison_table,
+    coverage_table,
+    propose,
+    reachability_table,
+    settled,
+    sobol_table,
+    twin_soil,
+    twin_table,
+)
+from calibration.design import point_at, point_id
+from calibration.gaussian_process import fit_process
+from calibration.uncertainty import Likelihood
+from calibration.verify import verdict
+
+VARIABLES = ("radius_m", "static_friction", "rolling_friction")
+RANGES = {"radius_m": (25e-6, 500e-6), "static_friction": (0.0, 1.7), "rolling_friction": (0.0, 0.3)}
+SPACE = Space(VARIABLES, RANGES, frozenset({"radius_m"}))
+MATERIAL = {"radius_m": 50e-6, "static_friction": 0.3, "rolling_friction": 0.1, "density_kg_m3": 3000.0}
+NAMES = ("cohesion", "friction_angle", "angle_of_repose")
+
+
+def process(response, values_of, unit, noise):
+    observed = values_of(unit) + noise * np.random.default_rng(len(response)).standard_normal(len(unit))
+    points = np.column_stack(list(SPACE.values(unit).values()))
+    return fit_process(response, "deg", SPACE, points, observed, np.full(len(unit), noise))
+
+
+def campaign(unit, noise=0.5):
+    return {
+        "cohesion": process("cohesion", lambda u: 0 * u[:, 0], unit, 3 * noise),
+        "friction_angle": process("friction_angle", lambda u: 15 + 20 * u[:, 1] + 5 * u[:, 2], unit, noise),
+        "angle_of_repose": process("angle_of_repose", lambda u: 10 + 30 * u[:, 2] + 8 * u[:, 0], unit, noise),
+    }
+
+
+def likelihood(models, **targets):
+    targets = {"cohesion": 0.0, "friction_angle": 27.0, "angle_of_repose": 30.0, **targets}
+    return Likelihood(models, SPACE, targets, dict.fromkeys(NAMES, 1.0), dict.fromkeys(NAMES, 1.0))
+
+
+def test_refinement_goes_to_the_optimum_and_then_where_the_soil_is_probable_but_unknown():
+    left = SPACE.crowd(128)
+    models = campaign(left[left[:, 0] < 0.4])  # coarse grains were never simulated
+    wanted = likelihood(models)
+    optimum = {name: float(v[0]) for name, v in SPACE.values(np.array([[0.3, 0.5, 0.5]])).items()}
+    points = propose([optimum], wanted, 3)
+    assert points[0] == optimum
+    unit = SPACE.unit({name: [point[name] for point in points] for name in VARIABLES})
+    assert unit[1, 0] > 0.4
+    crowd = wanted(SPACE.crowd(1024))
+    assert wanted(unit[1:]).min() > np.quantile(crowd, 0.7)
+    assert np.linalg.norm(unit[1] - unit[2]) > 0.05
+    rivals = [optimum, {**optimum, "static_friction": 1.2}, {**optimum, "static_friction": 1.6}]
+    assert propose(rivals, wanted, 2) == rivals[:2]
+
+
+def comparison(simulated, se=0.1, predicted=30.0):
+    return pd.DataFrame({"case": ["sand"] * 3, "target": 30.0, "predicted": predicted, "simulated": simulated, "simulated_se": se})
+
+
+def test_a_case_is_settled_within_the_tolerance_or_within_what_simulations_can_tell():
+    assert settled(comparison([30.0, 31.0, 29.0]), 0.05) == {"sand"}
+    assert settled(comparison([30.0, 32.0, 29.0]), 0.05) == set()
+    assert settled(comparison([30.0, 32.0, 29.0], se=1.1), 0.05) == {"sand"}
+    assert settled(comparison([30.0, np.nan, 29.0]), 0.05) == set()
+
+
+def verification_tables(angles=(27.0, 29.0, 31.0), seeds=(1, 2, 3), slope=0.5):
+    point = point_id(point_at(MATERIAL, {"radius_m": 1e-4, "static_friction": 0.4, "rolling_friction": 0.2}))
+    repose = pd.DataFrame({"point_id": point, "angle_of_repose_deg": angles})
+    tests = [(seed, p, (10.0 * seed + slope * p) * (1 + 1e-3 * (p == 500.0))) for seed in seeds for p in (250.0, 500.0, 1000.0)]
+    shear = pd.DataFrame(tests, columns=["seed", "normal_stress_pa", "plateau_shear_stress_pa"]).assign(
+        point_id=point, fidelity="campaign", purposes="verification", status="done"
+    )
+    shear["plane_normal_stress_pa"] = shear["normal_stress_pa"]
+    strength = pd.DataFrame([{"point_id": point, "cohesion_se_pa": 4.0, "friction_angle_se_deg": 0.7, **LINE}])
+    return {"repose": repose, "shear": shear, "strength": strength}
+
+
+OPTIMA = pd.DataFrame(
+    [{"case": "sand", "soil": "sand", "radius_m": 1.00003e-4, "static_friction": 0.4, "rolling_friction": 0.2,
+      "target_cohesion_pa": 24.0, "target_friction_angle_deg": 26.6, "target_angle_of_repose_deg": 30.0}]
+)  # fmt: skip
+LINE = {"relative_scatter": 0.1, "n_runs": 8}
+SCATTER = {"heap": 3.0, "line": 0.1}
+KIND = {"strength": "plateau", "normal_stress": "plane"}
+
+
+def test_verification_compares_prediction_and_simulation_at_the_optimum():
+    models = campaign(SPACE.crowd(64))
+    table = comparison_table(OPTIMA, models, verification_tables(), MATERIAL, KIND, SCATTER).set_index("response")
+    heap = table.loc["angle_of_repose"]
+    assert (heap["simulated"], heap["simulated_sd"], heap["n_seeds"], heap["target"]) == (29.0, 2.0, 3, 30.0)
+    assert heap["simulated_se"] == pytest.approx(2.0 / np.sqrt(3))
+    assert heap["gap"] == pytest.approx(29.0 - heap["predicted"])
+    assert table.loc["friction_angle", "simulated"] == pytest.approx(np.degrees(np.arctan(0.5)), abs=0.2)
+    assert table.loc["cohesion", "simulated"] == pytest.approx(20.0, abs=1.0)
+    assert table.loc["cohesion", "simulated_sd"] == pytest.approx(10.0, rel=0.05)
+    assert not table.loc["cohesion", "agrees"]  # predicted 0, simulated 20 +- 6
+    assert verdict(table.reset_index()) == "differs: cohesion, friction_angle, angle_of_repose"
+    assert verdict(table.reset_index().assign(agrees=True)) == "agrees"
+
+
+def test_two_seeds_have_the_scatter_that_the_campaign_knows():
+    table = comparison_table(OPTIMA, campaign(SPACE.crowd(64)), verification_tables((27.0, 29.0), (1, 2)), MATERIAL, KIND, SCATTER)
+    errors = table.set_index("response")["simulated_se"]
+    assert errors.to_dict() == pytest.approx({"angle_of_repose": 3.0 / np.sqrt(2), "cohesion": 4.0, "friction_angle": 0.7})
+
+
+def test_an_optimum_whose_simulations_all_failed_is_not_verified():
+    tables = verification_tables()
+    empty = {name: table.iloc[:0] for name, table in tables.items()}
+    table = comparison_table(OPTIMA, campaign(SPACE.crowd(64)), empty, MATERIAL, KIND, SCATTER)
+    assert table["simulated"].isna().all()
+    assert not table["agrees"].any()
+    assert verdict(table) == "not simulated"
+
+
+def test_every_simulated_soil_is_found_again_about_as_often_as_the_region_says():
+    table = coverage_table(campaign(SPACE.crowd(64)[:40]), SPACE)
+    assert len(table) == 40
+    assert table["inside_95"].mean() > 0.85
+    assert table["credible_level"].mean() < 0.7  # and the regions are not all of the design
+
+
+def test_coverage_sees_errors_that_are_stated_too_small():
+    unit = SPACE.crowd(64)[:40]
+    honest, liars = campaign(unit, 2.0), {}
+    for name, model in honest.items():
+        small = tuple(0.05 * e for e in model.noise)
+        liars[name] = type(model)(**{**vars_of(model), "noise": small})
+    assert coverage_table(liars, SPACE)["inside_95"].mean() < 0.8
+
+
+def vars_of(model):
+    return {name: getattr(model, name) for name in type(model).__dataclass_fields__}
+
+
+TWIN = {"radius_m": 80e-6, "static_friction": 0.6, "rolling_friction": 0.14, "repose_seeds": [1, 2], "shear_seeds": [1]}
+
+
+def test_a_twin_is_a_soil_with_what_its_simulations_measure():
+    point = point_id(point_at(MATERIAL, {name: TWIN[name] for name in VARIABLES}))
+    common = {"point_id": point, "fidelity": "campaign", "seed": [1, 2, 9]}
+    repose = pd.DataFrame({**common, "angle_of_repose_deg": [30.0, 32.0, 90.0]})
+    line = {"cohesion_pa": -4.0, "cohesion_se_pa": 5.0, "friction_angle_deg": 33.0, "friction_angle_se_deg": 0.5, **LINE}
+    strength = pd.DataFrame([{"point_id": point, "fidelity": "campaign", **line}])
+    design = {"variables": list(VARIABLES)}
+    rows = twin_soil("hidden", TWIN, repose, strength, design, MATERIAL).set_index("property")
+    assert rows["value"].to_dict() == {"cohesion": 0.0, "friction_angle": 33.0, "angle_of_repose": 31.0}
+    assert rows["standard_uncertainty"].to_dict()["cohesion"] == 5.0
+
+
+def test_the_truth_is_inside_where_it_is_probable_and_outside_where_it_is_not():
+    models = campaign(SPACE.crowd(64))
+    wanted = likelihood(models)
+    optimum = pd.DataFrame([{"case": "hidden", **dict.fromkeys(VARIABLES, 0.1)}])
+    from calibration import posterior_table, sample
+
+    case = {"case": "hidden", "soil": "hidden", "weights": [0.25] * 4}
+    posterior = posterior_table(case, wanted, *sample(wanted, 500))
+    for unit, inside in (([0.5, 0.5, 0.5], True), ([0.5, 0.9, 0.1], False)):
+        truth = {name: float(v[0]) for name, v in SPACE.values(np.array([unit])).items()}
+        table = twin_table({"hidden": truth}, [case], optimum, posterior, {"hidden": wanted}, SPACE)
+        assert len(table) == 3
+        assert set(table["inside_95"]) == {inside}
+
+
+def test_sobol_indices_of_a_linear_response_are_the_shares_of_its_variance():
+    table = sobol_table({"friction_angle": campaign(SPACE.crowd(64), 0.05)["friction_angle"]}, SPACE).set_index("variable")
+    shares = {"radius_m": 0.0, "static_friction": 400 / 425, "rolling_friction": 25 / 425}
+    assert table["first_order"].to_dict() == pytest.approx(shares, abs=0.03)
+    assert table["total"].to_dict() == pytest.approx(shares, abs=0.03)
+
+
+def test_an_unreachable_target_is_named_with_the_nearest_value_and_the_way_on():
+    models = campaign(SPACE.crowd(64), 0.1)
+    runs = pd.DataFrame({"fidelity": "campaign", "cohesion_pa": [0.0], "friction_angle_deg": 20.0, "angle_of_repose_deg": 20.0})
+    rows = [
+        ("moon", "angle_of_repose", 65.0, np.nan),
+        ("moon", "friction_angle", 35.0, np.nan),
+        ("moon", "cohesion", 300.0, np.nan),
+    ]
+    soils = pd.DataFrame(rows, columns=["soil", "property", "value", "standard_uncertainty"])
+    table = reachability_table(models, SPACE, runs, runs, soils, 0.05).set_index("response")
+    assert table["reachable"].to_dict() == {"angle_of_repose": False, "friction_angle": True, "cohesion": False}
+    assert table.loc["angle_of_repose", "nearest_reachable"] == pytest.approx(48.0, abs=0.5)
+    assert table.loc["angle_of_repose", "grows_with"] == "+rolling_friction, +radius_m"
+    assert table.loc["friction_angle", "grows_with"] == ""

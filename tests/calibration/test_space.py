@@ -1,0 +1,39 @@
+"""The box of the design variables and the hull of points in it."""
+
+import numpy as np
+import pytest
+
+from calibration import Space
+from calibration.space import inside_hull
+
+SPACE = Space(
+    ("radius_m", "rolling_friction"), {"radius_m": (25e-6, 500e-6), "rolling_friction": (0.0, 0.3)}, frozenset({"radius_m"})
+)
+
+
+def test_coordinates_and_back_are_the_same_values():
+    unit = SPACE.crowd(64)
+    values = SPACE.values(unit)
+    assert SPACE.unit(values) == pytest.approx(unit)
+    assert 25e-6 <= values["radius_m"].min() < values["radius_m"].max() <= 500e-6
+
+
+def test_the_middle_of_a_swept_variable_is_the_geometric_mean():
+    assert SPACE.values(np.array([[0.5, 0.5]]))["radius_m"][0] == pytest.approx(np.sqrt(25e-6 * 500e-6))
+
+
+def test_the_crowd_is_the_same_in_every_run():
+    assert (SPACE.crowd(32) == SPACE.crowd(32)).all()
+
+
+def test_the_hull_holds_convex_combinations_and_nothing_else():
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    assert inside_hull(corners, np.array([0.3, 0.3]))
+    assert inside_hull(corners, np.array([1.0, 0.0]))
+    assert not inside_hull(corners, np.array([0.6, 0.6]))
+
+
+def test_points_on_a_line_have_a_hull_too():
+    line = np.array([[0.0, 0.0], [1.0, 1.0]])
+    assert inside_hull(line, np.array([0.5, 0.5]))
+    assert not inside_hull(line, np.array([0.5, 0.4]))

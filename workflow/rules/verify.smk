@@ -1,0 +1,148 @@
+# Beyond the paper: how sure the answer is, and whether simulating it gives what was predicted.
+
+
+rule uncertainty:
+    input:
+        surrogates=f"{LAST}/surrogates.json",
+        calibration=f"{LAST}/calibration.parquet",
+        soils=f"{RESULTS}/soil.parquet",
+    output:
+        posterior=f"{RESULTS}/posterior.parquet",
+        equivalents=f"{RESULTS}/equivalents.parquet",
+        identifiability=f"{RESULTS}/identifiability.parquet",
+    log:
+        f"{LOGS}/uncertainty.log",
+    params:
+        optimise=config["optimise"],
+        design=config["design"],
+        uncertainty=config["uncertainty"],
+        inference=INFERENCE,
+    message:
+        "Sample the parameters that are consistent with each soil, given all known errors."
+    script:
+        "../scripts/uncertainty.py"
+
+
+rule sensitivity:
+    input:
+        surrogates=f"{LAST}/surrogates.json",
+    output:
+        table=f"{RESULTS}/sensitivity.parquet",
+    log:
+        f"{LOGS}/sensitivity.log",
+    params:
+        design=config["design"],
+        inference=INFERENCE,
+    message:
+        "Attribute the variance of every response to the design variables (Sobol indices)."
+    script:
+        "../scripts/sensitivity.py"
+
+
+rule check_coverage:
+    input:
+        surrogates=f"{LAST}/surrogates.json",
+    output:
+        table=f"{RESULTS}/coverage.parquet",
+    log:
+        f"{LOGS}/check_coverage.log",
+    params:
+        design=config["design"],
+        inference=INFERENCE,
+    message:
+        "Calibrate every simulated point as if it were an unknown soil: is the truth in the 95 % region?"
+    script:
+        "../scripts/check_coverage.py"
+
+
+rule twins:
+    input:
+        surrogates=f"{LAST}/surrogates.json",
+        calibration=f"{LAST}/calibration.parquet",
+        posterior=f"{RESULTS}/posterior.parquet",
+        soils=f"{RESULTS}/soil.parquet",
+    output:
+        table=f"{RESULTS}/twins.parquet",
+    log:
+        f"{LOGS}/twins.log",
+    params:
+        twins=config["twins"],
+        optimise=config["optimise"],
+        design=config["design"],
+        uncertainty=config["uncertainty"],
+        inference=INFERENCE,
+    message:
+        "Compare the hidden twins' true parameters with what the calibration found."
+    script:
+        "../scripts/twins.py"
+
+
+checkpoint verification_design:
+    input:
+        calibration=f"{LAST}/calibration.parquet",
+    output:
+        table=f"{RESULTS}/verification/design.parquet",
+    log:
+        f"{LOGS}/verification_design.log",
+    params:
+        study={key: config[key] for key in ("material", "design", "shear")},
+        verify=config["verify"],
+        inference=INFERENCE,
+    message:
+        "List the simulations of every optimum, with seeds that no fit has seen."
+    script:
+        "../scripts/verification_design.py"
+
+
+rule verify:
+    input:
+        calibration=f"{LAST}/calibration.parquet",
+        surrogates=f"{LAST}/surrogates.json",
+        campaign_repose=f"{RESULTS}/repose.parquet",
+        campaign_strength=f"{RESULTS}/strength.parquet",
+        repose=f"{RESULTS}/verification/repose.parquet",
+        shear=f"{RESULTS}/verification/shear.parquet",
+        strength=f"{RESULTS}/verification/strength.parquet",
+    output:
+        table=f"{RESULTS}/verification.parquet",
+    log:
+        f"{LOGS}/verify.log",
+    params:
+        material=config["material"],
+        strength=config["shear"]["strength"],
+        normal_stress=config["shear"]["normal_stress"],
+        inference=INFERENCE,
+    message:
+        "Compare the optima with their simulations."
+    script:
+        "../scripts/verify.py"
+
+
+rule conclude:
+    input:
+        calibration=f"{LAST}/calibration.parquet",
+        iterations=f"{LAST}/iterations.parquet",
+        minima=f"{LAST}/minima.parquet",
+        surrogates=f"{LAST}/surrogates.json",
+        published_calibration=f"{RESULTS}/as_published/calibration.parquet",
+        published_iterations=f"{RESULTS}/as_published/iterations.parquet",
+        published_minima=f"{RESULTS}/as_published/minima.parquet",
+        soils=f"{RESULTS}/soil.parquet",
+        posterior=f"{RESULTS}/posterior.parquet",
+        verification=f"{RESULTS}/verification.parquet",
+    output:
+        calibration=f"{RESULTS}/calibration.parquet",
+        iterations=f"{RESULTS}/iterations.parquet",
+        minima=f"{RESULTS}/minima.parquet",
+        surrogates=f"{RESULTS}/surrogates.json",
+    log:
+        f"{LOGS}/conclude.log",
+    params:
+        optimise=config["optimise"],
+        design=config["design"],
+        uncertainty=config["uncertainty"],
+        inference=INFERENCE,
+    message:
+        "Put the answer together: optima with intervals, and whether simulating them confirms it."
+    script:
+        "../scripts/conclude.py"

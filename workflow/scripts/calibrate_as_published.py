@@ -1,0 +1,26 @@
+"""Adapt rule `calibrate_as_published` to `calibration.calibrate`: on our polynomials and on those that the paper prints."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from _log import log_to
+from _tables import read_table, write_table
+from calibration import calibrate, from_json, published
+
+#: The paper's surrogates know these variables and no others.
+PUBLISHED_VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    soils = read_table(snakemake.input.soils, "soil")
+    polynomials = from_json(Path(snakemake.input.surrogates).read_text(encoding="utf-8"), "quadratic")
+    options = {**snakemake.params.optimise, "unreachable": "as_given"}
+    results = [
+        calibrate(polynomials, soils, options, snakemake.params.design["variables"], "polynomial"),
+        calibrate(published(), soils, options, PUBLISHED_VARIABLES, "published"),
+    ]
+    provenance = {"rule": snakemake.rule, **dict(snakemake.params.items())}
+    for k, name in enumerate(("optima", "iterations", "minima")):
+        table = pd.concat([result[k] for result in results], ignore_index=True)
+        write_table(table, snakemake.output["calibration" if name == "optima" else name], name, provenance)

@@ -1,0 +1,33 @@
+"""Adapt rule `conclude` to `calibration.conclusion`."""
+
+import shutil
+from pathlib import Path
+
+import pandas as pd
+
+from _inference import likelihoods_of
+from _log import log_to
+from _tables import read_table, write_table
+from calibration import conclusion, from_json
+
+
+def main(files, params, output, provenance):
+    answer = conclusion(
+        read_table(files.calibration, "optima"),
+        read_table(files.posterior, "posterior"),
+        read_table(files.verification, "verification"),
+        likelihoods_of(files, params),
+        from_json(Path(files.surrogates).read_text(encoding="utf-8"), "gaussian_process"),
+    )
+    table = pd.concat([answer, read_table(files.published_calibration, "optima")], ignore_index=True)
+    text = ["extrapolated", "verified"]
+    write_table(table.fillna(dict.fromkeys(text, "")), output.calibration, "calibration", provenance)
+    for name in ("iterations", "minima"):
+        parts = [read_table(path, name) for path in (files[name], files[f"published_{name}"])]
+        write_table(pd.concat(parts, ignore_index=True), output[name], name, provenance)
+    shutil.copyfile(files.surrogates, output.surrogates)
+
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    main(snakemake.input, snakemake.params, snakemake.output, {"rule": snakemake.rule, **dict(snakemake.params.items())})

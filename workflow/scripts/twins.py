@@ -1,0 +1,14 @@
+"""Adapt rule `twins` to `calibration.twin_table`."""
+
+from _inference import likelihoods_of
+from _log import log_to
+from _tables import read_table, write_table
+from calibration import space_of, twin_table
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    files, params = snakemake.input, snakemake.params
+    calibration, posterior = read_table(files.calibration, "optima"), read_table(files.posterior, "posterior")
+    likelihoods, space = likelihoods_of(files, params), space_of(params.design)
+    table = twin_table(params.twins, params.optimise["cases"], calibration, posterior, likelihoods, space)
+    write_table(table, snakemake.output.table, "twins", {"rule": snakemake.rule, **dict(params.items())})

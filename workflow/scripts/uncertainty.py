@@ -1,0 +1,29 @@
+"""Adapt rule `uncertainty` to `calibration.sample` and what follows from the samples."""
+
+import pandas as pd
+from threadpoolctl import threadpool_limits
+
+from _inference import likelihoods_of, optima
+from _log import log_to
+from _tables import read_table, write_table
+from calibration import equivalents, identifiability, posterior_table, sample
+
+
+def main(files, params, output, provenance):
+    at = optima(read_table(files.calibration, "optima"), params.design["variables"])
+    tables = {"posterior": [], "equivalents": [], "identifiability": []}
+    likelihoods = likelihoods_of(files, params)
+    for case in params.optimise["cases"]:
+        likelihood = likelihoods[case["case"]]
+        posterior = posterior_table(case, likelihood, *sample(likelihood, params.uncertainty["n_samples"]))
+        tables["posterior"].append(posterior)
+        tables["equivalents"].append(equivalents(posterior, likelihood.space, params.uncertainty["n_equivalents"]))
+        tables["identifiability"].append(identifiability(case, likelihood, at[case["case"]]))
+    for name, parts in tables.items():
+        write_table(pd.concat(parts, ignore_index=True), output[name], name, provenance)
+
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    with threadpool_limits(1):  # the same sums, so the same samples, on any number of cores
+        main(snakemake.input, snakemake.params, snakemake.output, {"rule": snakemake.rule, **dict(snakemake.params.items())})

@@ -1,0 +1,13 @@
+"""Adapt checkpoint `verification_design` to `calibration.further`."""
+
+from _inference import optima
+from _log import log_to
+from _tables import read_table, write_table
+from calibration import further
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    study = snakemake.params.study
+    points = list(optima(read_table(snakemake.input.calibration, "optima"), study["design"]["variables"]).values())
+    table = further(study, "verification", points, snakemake.params.verify)
+    write_table(table, snakemake.output.table, "design", {"rule": snakemake.rule})
