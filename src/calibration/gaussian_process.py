@@ -20,7 +20,7 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Matern
 
 from calibration.errors import demand
-from calibration.space import Space
+from calibration.space import Space, inside_hull
 
 #: Allowed lengths, in extents of the design: shorter ones would be noise, longer ones are a constant.
 LENGTHS = (0.1, 20.0)
@@ -94,6 +94,11 @@ class GaussianProcess:
             mean[known] = self.process.kernel_(unit[known], self.process.X_train_) @ self.process.alpha_
         shape, (centre, scale) = np.shape(values[self.space.variables[0]]), self.normal
         return (centre + scale * mean).reshape(shape), (scale * error).reshape(shape)
+
+    def surrounds(self, values) -> bool:
+        """Whether a prediction at one point interpolates: whether the point lies in the hull of the process's points."""
+        points = dict(zip(self.space.variables, np.array(self.points).T, strict=True))
+        return inside_hull(self.space.unit(points), self.space.unit(values)[0])
 
     def without(self, k: int) -> "GaussianProcess":
         """The same process without its point number k."""

@@ -47,10 +47,11 @@ def known_points(repose: pd.DataFrame, strength: pd.DataFrame, response: str, de
 
 
 def space_of(design: dict) -> Space:
-    """The box of the design variables; swept ones have a logarithmic coordinate."""
+    """The box of the design variables; see `calibration.space` for their coordinates."""
     values = {**design["grid"], **design["sweep"]}
     ranges = {name: (float(min(values[name])), float(max(values[name]))) for name in design["variables"]}
-    return Space(tuple(design["variables"]), ranges, frozenset(design["sweep"]))
+    offsets = {name: min(level for level in levels if level > 0) for name, levels in design["grid"].items()}
+    return Space(tuple(design["variables"]), ranges, {**offsets, **dict.fromkeys(design["sweep"], 0.0)})
 
 
 def fit_all(repose: pd.DataFrame, strength: pd.DataFrame, design: dict, material: dict, forms: dict):
@@ -147,18 +148,10 @@ def to_json(models: dict, forms: dict) -> str:
     """Both surrogates of every response, and which is chosen, as text that `from_json` reads back."""
     chosen = choose(models, forms)
     responses = {
-        response: {"chosen": chosen[response].model, **{name: plain(model) for name, model in both.items()}}
+        response: {"chosen": chosen[response].model, **{name: asdict(model) for name, model in both.items()}}
         for response, both in models.items()
     }
     return json.dumps(responses, indent=2)
-
-
-def plain(model) -> dict:
-    """A model's fields as JSON-like values."""
-    fields = asdict(model)
-    if "space" in fields:
-        fields["space"]["logarithmic"] = sorted(fields["space"]["logarithmic"])
-    return fields
 
 
 def from_json(text: str, model: str = "chosen") -> dict:
@@ -174,6 +167,6 @@ def from_json(text: str, model: str = "chosen") -> dict:
         else:
             space = fields.pop("space")
             ranges = {k: tuple(limits) for k, limits in space["ranges"].items()}
-            box = Space(tuple(space["variables"]), ranges, frozenset(space["logarithmic"]))
+            box = Space(tuple(space["variables"]), ranges, space["offsets"])
             result[response] = GaussianProcess(**{**fields, "points": tuple(map(tuple, fields["points"]))}, space=box)
     return result

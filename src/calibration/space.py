@@ -1,10 +1,12 @@
 """The box of the design variables: from SI values to the unit cube and back, low-discrepancy points in it, the hull of points.
 
-Swept variables (the grain radius) are positive scales that span decades: their coordinate is the logarithm.
+The coordinate of a variable x with offset o is the logarithm of x + o, scaled to the box. Swept variables (the grain radius) are
+scales that span decades: o = 0. Grid variables (the frictions) begin at zero, and the responses change most between zero and their
+smallest level: o is that level, which spaces the paper's levels nearly evenly. Variables without an offset are linear.
 """
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.optimize import linprog
@@ -18,28 +20,36 @@ SOBOL_SEED = 2011
 
 @dataclass(frozen=True)
 class Space:
-    """Variables with their simulated ranges; those in `logarithmic` have a logarithmic coordinate."""
+    """Variables with their simulated ranges and the offsets of those with a logarithmic coordinate."""
 
     variables: tuple[str, ...]
     ranges: dict[str, tuple[float, float]]
-    logarithmic: frozenset[str] = frozenset()
+    offsets: dict[str, float] = field(default_factory=dict)
 
     def unit(self, values) -> np.ndarray:
         """Coordinates (m, n) in the unit cube; values maps each variable to a number or to arrays of one shape."""
         columns = []
         for name in self.variables:
-            low, high = self.ranges[name]
+            low, high, to_line, _ = self.scale(name)
             x = np.asarray(values[name], float).ravel()
-            columns.append(np.log(x / low) / np.log(high / low) if name in self.logarithmic else (x - low) / (high - low))
+            columns.append((to_line(x) - low) / (high - low))
         return np.column_stack(columns)
 
     def values(self, unit: np.ndarray) -> dict[str, np.ndarray]:
         """Values in SI units, each (m,), of coordinates (m, n)."""
         result = {}
         for name, u in zip(self.variables, np.asarray(unit, float).T, strict=True):
-            low, high = self.ranges[name]
-            result[name] = low * (high / low) ** u if name in self.logarithmic else low + u * (high - low)
+            low, high, _, from_line = self.scale(name)
+            result[name] = np.clip(from_line(low + u * (high - low)), *self.ranges[name])
         return result
+
+    def scale(self, name: str):
+        """Ends of a variable's line, and the functions from its value to the line and back."""
+        if name not in self.offsets:
+            return *self.ranges[name], lambda x: x, lambda line: line
+        offset = self.offsets[name]
+        low, high = (float(np.log(end + offset)) for end in self.ranges[name])
+        return low, high, lambda x: np.log(x + offset), lambda line: np.exp(line) - offset
 
     def crowd(self, n: int) -> np.ndarray:
         """N low-discrepancy points (n, k) in the unit cube; n a power of two."""

@@ -4,8 +4,8 @@
 
 t_j and s_j are a target and its standard uncertainty, y_j(x) and e_j(x) the surrogate and its standard error (the seeds' scatter
 and the fit are in it), v_j the case's weights over their mean: a target of a tenth of the weight counts like one of sqrt(10) times
-the uncertainty. The prior is uniform in the design's box, in the logarithm of swept variables. phi4, the wish for large grains, is
-a matter of cost, not of knowledge, and does not enter.
+the uncertainty. The prior is uniform in the coordinates of the design's box (see `calibration.space`). phi4, the wish for large
+grains, is a matter of cost, not of knowledge, and does not enter.
 
 A target that no parameters of the design reach would drown the others: every point misses it by many s_j, and a hair's breadth
 between them would decide. Its distance to the nearest value within reach is therefore added to s_j (in squares), as a discrepancy
@@ -69,13 +69,13 @@ class Likelihood:
         """Standard deviation within which a target is to be met: its uncertainty, and what it lies out of reach."""
         return float(np.hypot(self.uncertainties[name], self.discrepancies.get(name, 0.0)))
 
-    def misfit(self, values) -> float:
-        """Largest deviation from a target at one point, in standard deviations of target and surrogate together."""
-        deviations = []
+    def deviations(self, values) -> dict[str, float]:
+        """Distance of every prediction at one point from its target, in standard deviations of target and surrogate together."""
+        result = {}
         for name in RESPONSES:
             mean, error = self.surrogates[name].predict_with_error(values)
-            deviations.append(abs(float(mean) - self.targets[name]) / np.hypot(self.uncertainties[name], float(error)))
-        return max(deviations)
+            result[name] = abs(float(mean) - self.targets[name]) / float(np.hypot(self.uncertainties[name], float(error)))
+        return result
 
 
 def likelihood_of(case: dict, surrogates: dict, soils: pd.DataFrame, space: Space, ratio: float) -> Likelihood:
@@ -156,10 +156,11 @@ def intervals(posterior: pd.DataFrame, columns) -> dict[str, float]:
     }
 
 
-def equivalents(posterior: pd.DataFrame, space: Space, n: int) -> pd.DataFrame:
+def equivalents(posterior: pd.DataFrame, space: Space, n: int, processes: dict) -> pd.DataFrame:
     """N parameter sets of one case that the tests cannot tell apart: members of the 95 % region as far apart as possible.
 
-    The most probable one is first; each next is the farthest from all before it.
+    The most probable one is first; each next is the farthest from all before it. `extrapolated`: whether the simulated points of
+    any of the processes (by response) do not surround it.
     """
     region = posterior[posterior["log_likelihood"] >= posterior["log_likelihood"].quantile(0.05)].reset_index(drop=True)
     unit = space.unit({name: region[name].to_numpy() for name in space.variables})
@@ -170,6 +171,8 @@ def equivalents(posterior: pd.DataFrame, space: Space, n: int) -> pd.DataFrame:
         distance = np.minimum(distance, np.linalg.norm(unit - unit[order[-1]], axis=1))
     table = region.iloc[order].reset_index(drop=True)
     table.insert(2, "rank", np.arange(1, len(table) + 1))
+    sets = table[list(space.variables)].to_dict("records")
+    table["extrapolated"] = [not all(process.surrounds(values) for process in processes.values()) for values in sets]
     return table
 
 

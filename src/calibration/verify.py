@@ -6,7 +6,6 @@ import pandas as pd
 from calibration.design import point_at, point_id
 from calibration.mohr_coulomb import lines
 from calibration.noise import line_errors
-from calibration.space import inside_hull
 from calibration.surrogate import RESPONSES
 from calibration.uncertainty import Likelihood, intervals
 
@@ -91,32 +90,28 @@ def conclusion(calibration, posterior, verification, likelihoods: dict[str, Like
     """The optima with everything that says how far to trust them; one row per case.
 
     Added to each: 95 % intervals of variables and responses; `deviation_sd`, the largest distance of a prediction from its target
-    in standard deviations of both; `extrapolated`, the responses whose simulated points do not surround the optimum (processes: the
-    Gaussian processes, which know the points); `verified`: "agrees", "differs" with the responses that differ, or "not simulated".
+    in standard deviations of both, and `missed`, the responses beyond two of them; `extrapolated`, the responses whose simulated
+    points do not surround the optimum (processes: the Gaussian processes, which know the points); `verified`: "agrees", "differs"
+    with the responses that differ, or "not simulated".
     """
     rows = []
     for _, optimum in calibration.iterrows():
         likelihood = likelihoods[optimum["case"]]
         variables = likelihood.space.variables
         values = {name: float(optimum[name]) for name in variables}
-        unit = likelihood.space.unit(values)[0]
         columns = [column for column, _ in RESPONSES.values()]
+        deviations = likelihood.deviations(values)
         rows.append(
             {
                 **optimum.to_dict(),
                 **intervals(posterior[posterior["case"] == optimum["case"]], [*variables, *columns]),
-                "deviation_sd": likelihood.misfit(values),
-                "extrapolated": ",".join(name for name, process in processes.items() if not surrounds(process, unit)),
+                "deviation_sd": max(deviations.values()),
+                "missed": ",".join(name for name, deviation in deviations.items() if deviation > NOISE_LIMIT),
+                "extrapolated": ",".join(name for name, process in processes.items() if not process.surrounds(values)),
                 "verified": verdict(verification[verification["case"] == optimum["case"]]),
             }
         )
     return pd.DataFrame(rows)
-
-
-def surrounds(process, unit: np.ndarray) -> bool:
-    """Whether a process's points surround coordinates (n,)."""
-    columns = np.array(process.points).T
-    return inside_hull(process.space.unit(dict(zip(process.space.variables, columns, strict=True))), unit)
 
 
 def verdict(verification: pd.DataFrame) -> str:

@@ -22,7 +22,7 @@ from calibration.verify import verdict
 
 VARIABLES = ("radius_m", "static_friction", "rolling_friction")
 RANGES = {"radius_m": (25e-6, 500e-6), "static_friction": (0.0, 1.7), "rolling_friction": (0.0, 0.3)}
-SPACE = Space(VARIABLES, RANGES, frozenset({"radius_m"}))
+SPACE = Space(VARIABLES, RANGES, {"radius_m": 0.0})
 MATERIAL = {"radius_m": 50e-6, "static_friction": 0.3, "rolling_friction": 0.1, "density_kg_m3": 3000.0}
 NAMES = ("cohesion", "friction_angle", "angle_of_repose")
 

@@ -10,7 +10,7 @@ from calibration.gaussian_process import fit_process, left_out
 
 VARIABLES = ("radius_m", "static_friction", "rolling_friction")
 RANGES = {"radius_m": (25e-6, 500e-6), "static_friction": (0.0, 1.7), "rolling_friction": (0.0, 0.3)}
-SPACE = Space(VARIABLES, RANGES, frozenset({"radius_m"}))
+SPACE = Space(VARIABLES, RANGES, {"radius_m": 0.0})
 
 
 def planted(unit):
@@ -90,6 +90,14 @@ def test_with_and_without_errors_the_prediction_is_the_same():
 
 def test_an_impossible_value_gives_no_number():
     assert np.isnan(fitted(n=16).predict({"radius_m": -1e-6, "static_friction": 0.3, "rolling_friction": 0.1}))
+
+
+def test_a_prediction_beyond_the_points_is_known_as_one():
+    process = fitted()
+    unit = SPACE.unit(dict(zip(VARIABLES, np.array(process.points).T, strict=True)))
+    inside = {name: float(v[0]) for name, v in SPACE.values(unit.mean(axis=0, keepdims=True)).items()}
+    assert process.surrounds(inside)
+    assert not process.surrounds({**inside, "radius_m": 500e-6})
 
 
 def test_too_few_points_are_refused():

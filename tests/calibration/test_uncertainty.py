@@ -104,7 +104,13 @@ def test_equivalent_sets_lie_in_the_region_and_far_apart():
     slopes = np.array([[1.0, 1.0, 0.0], [2.0, 2.0, 0.0], [0.0, 0.0, 1.0]])
     likelihood = problem(slopes, truth=(0.5, 0.5, 0.5), sigma=(0.02, 0.02, 0.02))
     posterior = posterior_table(CASE, likelihood, *sample(likelihood, 2000))
-    table = equivalents(posterior, SPACE, 10)
+
+    class LeftHalf:
+        def surrounds(self, values):
+            return values["radius_m"] < 0.5
+
+    table = equivalents(posterior, SPACE, 10, {"cohesion": LeftHalf()})
+    assert (table["extrapolated"] == (table["radius_m"] >= 0.5)).all()
     assert table["rank"].tolist() == list(range(1, 11))
     assert table["log_likelihood"].iloc[0] == posterior["log_likelihood"].max()
     assert table["log_likelihood"].min() >= posterior["log_likelihood"].quantile(0.05)
@@ -126,7 +132,9 @@ def test_a_target_out_of_reach_does_not_drown_those_within():
     assert likelihood.discrepancies["friction_angle"] == 0.0
     unit, _ = sample(likelihood, 2000)
     assert unit[:, 1:].mean(axis=0) == pytest.approx([0.5, 0.6], abs=0.01)
-    assert likelihood.misfit(dict.fromkeys(VARIABLES, 0.5)) > 800
+    deviations = likelihood.deviations(dict.fromkeys(VARIABLES, 0.5))
+    assert deviations["cohesion"] == pytest.approx((9.0 - 0.01) / np.hypot(0.01, 0.001))
+    assert deviations["friction_angle"] == 0.0
 
 
 def test_an_unstated_uncertainty_is_a_share_of_the_value_and_a_stated_one_counts():

@@ -9,7 +9,7 @@ RANGES = {"cohesion": (-20.0, 80.0), "friction_angle": (8.0, 58.0), "angle_of_re
 
 def tables(determined=True, **changes):
     row = {
-        "case": "sand", "surrogate": "ours", "at_bound": "", "n_distinct": 1, "deviation_sd": 0.5, "extrapolated": "",
+        "case": "sand", "surrogate": "ours", "at_bound": "", "n_distinct": 1, "deviation_sd": 0.5, "missed": "", "extrapolated": "",
         "verified": "agrees",
         "cohesion_pa": 24.0, "friction_angle_deg": 30.0, "angle_of_repose_deg": 30.0, **changes,
     }  # fmt: skip
@@ -38,7 +38,9 @@ def test_an_optimum_in_order_needs_no_remark():
 
 
 def test_every_reason_for_doubt_is_named():
-    assert "misses one of them by 11 standard deviations" in remark(deviation_sd=10.8)
+    assert "misses cohesion, friction angle, by up to 11 standard deviations" in remark(
+        deviation_sd=10.8, missed="cohesion,friction_angle"
+    )
     assert "extrapolated: cohesion, angle of repose" in remark(extrapolated="cohesion,angle_of_repose")
     assert "edge of the design (r, µs)" in remark(at_bound="radius_m,static_friction")
     assert "does not give what was predicted (differs: cohesion)" in remark(verified="differs: cohesion")
@@ -50,6 +52,7 @@ def test_a_target_out_of_reach_is_told_with_the_way_on():
     row = {"soil": "moon", "response": "angle_of_repose", "target": 65.0, "reachable": False, "lowest_predicted": 0.0,
            "highest_predicted": 53.21, "nearest_reachable": 53.21, "grows_with": "+rolling_friction, -radius_m"}  # fmt: skip
     (text,) = reach_remarks(pd.DataFrame([row, {**row, "reachable": True}]))
+    assert "without adhesion" in reach_remarks(pd.DataFrame([{**row, "response": "cohesion"}]))[-1]
     assert "The angle of repose of moon, 65, is out of reach: the design gives 0.0 to 53.2." in text
     assert "would go on with +µr, -r." in text
 

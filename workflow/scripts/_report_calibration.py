@@ -43,9 +43,10 @@ def caveats(optimum, tables) -> list[str]:
     """Sentences on one optimum."""
     case = optimum["case"]
     sentences = [f"{case}:"]
-    if optimum["deviation_sd"] > 2.0:
+    if optimum["missed"]:
+        names = ", ".join(spoken(name) for name in optimum["missed"].split(","))
         sentences.append(
-            "No virtual soil of this design has all three properties; this one misses one of them by "
+            f"No virtual soil of this design has all three properties; this one misses {names}, by up to "
             f"{optimum['deviation_sd']:.0f} standard deviations. The intervals are those of the nearest soils, not of the real one."
         )
     if optimum["extrapolated"]:
@@ -86,7 +87,7 @@ def combination(direction) -> str:
     for name, symbol in SYMBOLS.items():
         value = direction.get(f"component_{name}", 0.0)
         if abs(value) >= 0.1:
-            parts.append(f"{value:+.2f} {'ln r' if name == 'radius_m' else symbol}")
+            parts.append(f"{value:+.2f} {symbol}")
     return " ".join(parts)
 
 
@@ -111,12 +112,14 @@ def ranges(table: pd.DataFrame, kind: str) -> list[str]:
 
 def reach_remarks(table: pd.DataFrame) -> list[str]:
     """One sentence per target out of reach."""
+    out = table[~table["reachable"]]
+    why = ["Grains without adhesion have no cohesion: a soil's own can only be met with a contact law that has one."]
     return [
         f"The {spoken(row['response'])} of {row['soil']}, {row['target']:g}, is out of reach: the design gives "
         f"{number(row['lowest_predicted'])} to {number(row['highest_predicted'])}. Nearest: {number(row['nearest_reachable'])}; "
         f"beyond it the response would go on with {symbols(row['grows_with'])}."
-        for _, row in table[~table["reachable"]].iterrows()
-    ]
+        for _, row in out.iterrows()
+    ] + (why if "cohesion" in set(out["response"]) else [])
 
 
 def symbols(changes: str) -> str:
@@ -179,7 +182,7 @@ def identifiability_table(table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(
         {
             "case": table["case"],
-            "combination (in extents of the design)": [combination(row) for _, row in table.iterrows()],
+            "combination": [combination(row) for _, row in table.iterrows()],
             "singular value": [f"{v:.2g}" for v in table["singular_value"]],
             "standard deviation (extents)": [f"{v:.2g}" for v in table["standard_deviation"]],
             "determined": np.where(table["determined"], "yes", "no"),

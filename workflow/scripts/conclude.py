@@ -20,7 +20,7 @@ def main(files, params, output, provenance):
         from_json(Path(files.surrogates).read_text(encoding="utf-8"), "gaussian_process"),
     )
     table = pd.concat([answer, read_table(files.published_calibration, "optima")], ignore_index=True)
-    text = ["extrapolated", "verified"]
+    text = ["missed", "extrapolated", "verified"]
     write_table(table.fillna(dict.fromkeys(text, "")), output.calibration, "calibration", provenance)
     for name in ("iterations", "minima"):
         parts = [read_table(path, name) for path in (files[name], files[f"published_{name}"])]
