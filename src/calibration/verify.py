@@ -91,8 +91,8 @@ def conclusion(calibration, posterior, verification, likelihoods: dict[str, Like
 
     Added to each: 95 % intervals of variables and responses; `deviation_sd`, the largest distance of a prediction from its target
     in standard deviations of both, and `missed`, the responses beyond two of them; `extrapolated`, the responses whose simulated
-    points do not surround the optimum (processes: the Gaussian processes, which know the points); `verified`: "agrees", "differs"
-    with the responses that differ, or "not simulated".
+    points do not surround the optimum (processes: the Gaussian processes, which know the points); `verified`: "agrees", or "differs"
+    and "not simulated" with the responses concerned.
     """
     rows = []
     for _, optimum in calibration.iterrows():
@@ -118,5 +118,6 @@ def verdict(verification: pd.DataFrame) -> str:
     """One case's verification in a few words."""
     if verification.empty or verification["simulated"].isna().all():
         return "not simulated"
-    differing = verification.loc[~verification["agrees"], "response"].tolist()
-    return "differs: " + ", ".join(differing) if differing else "agrees"
+    unknown = verification["simulated"].isna()
+    parts = {"differs": verification.loc[~verification["agrees"] & ~unknown], "not simulated": verification.loc[unknown]}
+    return "; ".join(f"{word}: {', '.join(rows['response'])}" for word, rows in parts.items() if len(rows)) or "agrees"

@@ -107,6 +107,8 @@ def test_verification_compares_prediction_and_simulation_at_the_optimum():
     assert not table.loc["cohesion", "agrees"]  # predicted 0, simulated 20 +- 6
     assert verdict(table.reset_index()) == "differs: cohesion, friction_angle, angle_of_repose"
     assert verdict(table.reset_index().assign(agrees=True)) == "agrees"
+    table.loc["angle_of_repose", "simulated"] = np.nan
+    assert verdict(table.reset_index()) == "differs: cohesion, friction_angle; not simulated: angle_of_repose"
 
 
 def test_two_seeds_have_the_scatter_that_the_campaign_knows():

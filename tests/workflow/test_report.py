@@ -43,7 +43,7 @@ def test_every_reason_for_doubt_is_named():
     )
     assert "extrapolated: cohesion, angle of repose" in remark(extrapolated="cohesion,angle_of_repose")
     assert "edge of the design (r, µs)" in remark(at_bound="radius_m,static_friction")
-    assert "does not give what was predicted (differs: cohesion)" in remark(verified="differs: cohesion")
+    assert "does not confirm what was predicted (differs: cohesion)" in remark(verified="differs: cohesion")
     assert "3 distinct minima" in remark(n_distinct=3)
     assert "do not determine +0.90 µs -0.40 µr there" in remark(determined=False)
 

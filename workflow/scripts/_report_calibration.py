@@ -56,8 +56,8 @@ def caveats(optimum, tables) -> list[str]:
     if optimum["at_bound"]:
         names = ", ".join(SYMBOLS.get(name, name) for name in optimum["at_bound"].split(","))
         sentences.append(f"It lies at the edge of the design ({names}).")
-    if optimum["verified"].startswith("differs"):
-        sentences.append(f"Simulating it does not give what was predicted ({optimum['verified']}).")
+    if optimum["verified"] != "agrees":
+        sentences.append(f"Simulating it does not confirm what was predicted ({optimum['verified'].replace('_', ' ')}).")
     if optimum["n_distinct"] > 1:
         sentences.append(f"{optimum['n_distinct']} distinct minima were found; the cheapest is shown.")
     free = tables["identifiability"].query("case == @case and not determined")

@@ -95,12 +95,15 @@ def experiment_settings(config: dict, row: dict) -> dict:
     settings = {key: config[experiment][key] for key in protocol}
     scaled = config["design"]["geometry"] == "scaled"
     settings["scale_radius_m"] = row["radius_m"] if scaled else config["material"]["radius_m"]
+    grown = settings["scale_radius_m"] / config["material"]["radius_m"]
     if experiment == "repose":
         settings["lift_speed_m_s"] = fidelity["lift_speed_m_s"]
-        # the tube's way grows with the geometry, so the time to lift it does too
-        settings["max_time_s"] *= settings["scale_radius_m"] / config["material"]["radius_m"]
+        # the tube's way grows with the geometry, so the time to lift it does too; the column's stress grows as well
+        settings["max_time_s"] *= grown
+        softening = {"repose_stiffness_reduction": max(1.0, fidelity["repose_stiffness_reduction"] / grown)}
     else:
         settings["inertial_number"] = fidelity["shear_inertial_number"]
+        softening = {"shear_stiffness_number": fidelity["shear_stiffness_number"]}
     return {
         "setup": settings,
         "engine": {
@@ -109,7 +112,7 @@ def experiment_settings(config: dict, row: dict) -> dict:
             "gravity_m_s2": config["engine"]["gravity_m_s2"],
             "time_step_rayleigh_ratio": fidelity[f"{experiment}_time_step_rayleigh_ratio"],
         },
-        "softening": {key: fidelity[key] for key in fidelity if key.startswith(experiment + "_stiffness")},
+        "softening": softening,
     }
 
 
