@@ -91,8 +91,8 @@ def conclusion(calibration, posterior, verification, likelihoods: dict[str, Like
 
     Added to each: 95 % intervals of variables and responses; `deviation_sd`, the largest distance of a prediction from its target
     in standard deviations of both, and `missed`, the responses beyond two of them; `extrapolated`, the responses whose simulated
-    points do not surround the optimum (processes: the Gaussian processes, which know the points); `verified`: "agrees", or "differs"
-    and "not simulated" with the responses concerned.
+    points do not surround the optimum (processes: the Gaussian processes, which know the points); `verified`: "agrees", or
+    "differs" and "not simulated" with the responses concerned.
     """
     rows = []
     for _, optimum in calibration.iterrows():
