@@ -25,13 +25,14 @@ def answer_table(calibration: pd.DataFrame) -> pd.DataFrame:
 
 def properties_table(verification: pd.DataFrame) -> pd.DataFrame:
     """Of every property at the optimum the target, what the surrogates predict and what the simulations give."""
-    table = pd.DataFrame({"case": list(dict.fromkeys(verification["case"]))})
+    cases, columns, names = list(dict.fromkeys(verification["case"])), [], ["case"]
     for response, label in (("cohesion", "c (Pa)"), ("friction_angle", "φ (°)"), ("angle_of_repose", "A (°)")):
-        rows = verification[verification["response"] == response].set_index("case").loc[table["case"]]
-        table[f"{label} target"] = [number(v) for v in rows["target"]]
-        table[f"{label} predicted"] = [with_error(v, e) for v, e in zip(rows["predicted"], rows["predicted_se"], strict=True)]
-        table[f"{label} simulated"] = [with_error(v, e) for v, e in zip(rows["simulated"], rows["simulated_se"], strict=True)]
-    return table
+        rows = verification[verification["response"] == response].set_index("case").loc[cases]
+        columns.append([number(v) for v in rows["target"]])
+        columns.append([with_error(v, e) for v, e in zip(rows["predicted"], rows["predicted_se"], strict=True)])
+        columns.append([with_error(v, e) for v, e in zip(rows["simulated"], rows["simulated_se"], strict=True)])
+        names += [label, "predicted", "simulated"]
+    return pd.DataFrame(list(zip(cases, *columns, strict=True)), columns=names)
 
 
 def answer_remarks(tables) -> list[str]:
