@@ -206,10 +206,17 @@ def test_another_round_goes_on_from_the_last(project):
 
 
 def test_a_hidden_soil_is_found_again(finished):
-    """The scaled-down twin: its true parameters lie in the 95 % region that its calibration states."""
+    """The scaled-down twin, and all simulated points as twins.
+
+    A right 95 % region leaves one soil in twenty outside, so that a single twin cannot be held to it: it is held to 99.9 %, and the
+    share of all points inside their 95 % regions to what fewer than one right method in a hundred would miss (15 points: 12).
+    """
     twins = pd.read_parquet(finished / "results" / "smoke" / "twins.parquet")
     assert len(twins) == 3
-    assert twins["inside_95"].all()
+    assert (twins["credible_level"] < 0.999).all()
+    coverage = pd.read_parquet(finished / "results" / "smoke" / "coverage.parquet")
+    assert len(coverage) >= 15
+    assert coverage["inside_95"].mean() >= 0.8
     grid = pd.read_parquet(finished / "results" / "smoke" / "rounds" / "0" / "residuals.parquet")
     assert not np.isclose(grid["rolling_friction"], twins.set_index("variable").loc["rolling_friction", "truth"]).any()
 
