@@ -1,7 +1,5 @@
 """Synthetic twins: soils whose grain parameters are known, because they are simulated; the calibration is to find them again."""
 
-from dataclasses import replace
-
 import numpy as np
 import pandas as pd
 
@@ -98,7 +96,7 @@ def coverage_table(models: dict, space: Space) -> pd.DataFrame:
         left = {name: models[name].without(k) for name, k in index.items()}
         targets = {name: models[name].observed[k] for name, k in index.items()}
         noise = {name: models[name].noise[k] for name, k in index.items()}
-        likelihood = Likelihood(left, replace(space), targets, noise, dict.fromkeys(RESPONSES, 1.0))
+        likelihood = Likelihood(left, space, targets, noise, dict.fromkeys(RESPONSES, 1.0))
         logs = likelihood(unit)
         truth = dict(zip(space.variables, point, strict=True))
         level = credible_level(logs, probabilities(logs), float(likelihood(np.clip(space.unit(truth), 0.0, 1.0))[0]))

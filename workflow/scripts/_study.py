@@ -100,7 +100,7 @@ def experiment_settings(config: dict, row: dict) -> dict:
         settings["lift_speed_m_s"] = fidelity["lift_speed_m_s"]
         # the tube's way grows with the geometry, so the time to lift it does too; the column's stress grows as well
         settings["max_time_s"] *= grown
-        softening = {"repose_stiffness_reduction": max(1.0, fidelity["repose_stiffness_reduction"] / grown)}
+        softening = {"repose_stiffness_reduction": repose_softening(fidelity["repose_stiffness_reduction"], grown)}
     else:
         settings["inertial_number"] = fidelity["shear_inertial_number"]
         softening = {"shear_stiffness_number": fidelity["shear_stiffness_number"]}
@@ -114,6 +114,14 @@ def experiment_settings(config: dict, row: dict) -> dict:
         },
         "softening": softening,
     }
+
+
+def repose_softening(reduction: float, grown: float) -> float:
+    """Stiffness reduction of a heap whose geometry is `grown` times the base's: as configured, less in proportion where it is larger.
+
+    E*/(rho g r) is then the same for all radii from the base's on. Never more than configured: 1 stays the grains' own stiffness.
+    """
+    return max(1.0, reduction / max(1.0, grown))
 
 
 def soil_files(config: dict) -> list[str]:
