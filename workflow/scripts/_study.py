@@ -117,7 +117,7 @@ def experiment_settings(config: dict, row: dict) -> dict:
 
 
 def repose_softening(reduction: float, grown: float) -> float:
-    """Stiffness reduction of a heap whose geometry is `grown` times the base's: as configured, less in proportion where it is larger.
+    """Stiffness reduction of a heap whose geometry is `grown` times the base's: in proportion less where it is larger.
 
     E*/(rho g r) is then the same for all radii from the base's on. Never more than configured: 1 stays the grains' own stiffness.
     """
