@@ -236,13 +236,11 @@ def checked_weights(weights) -> np.ndarray:
 
 
 def targets_of(soils: pd.DataFrame, soil: str) -> dict[str, float]:
-    """Target of each response for one soil of the soil table."""
+    """Target of each response for one soil of the soil table. A regression's cohesion may lie below zero (see `calibration.soil`)."""
     rows = soils[soils["soil"] == soil].set_index("property")["value"]
     demand(len(rows) > 0, "soil of a case", soil, f"one of {sorted(soils['soil'].unique())}")
     for name, value in rows.items():
-        demand(
-            value > 0 or (name == "cohesion" and value == 0), f"target {name} of {soil}", value, "above zero; cohesion may be zero"
-        )
+        demand(value > 0 or name == "cohesion", f"target {name} of {soil}", value, "above zero")
     return rows.to_dict()
 
 

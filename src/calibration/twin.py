@@ -19,7 +19,8 @@ CROWD = 2**13
 def twin_soil(name: str, twin: dict, repose: pd.DataFrame, strength: pd.DataFrame, design: dict, material: dict) -> pd.DataFrame:
     """Rows of the soil table for one twin: what its simulations measure, with their standard errors.
 
-    A cohesion below zero is the regression's noise and becomes zero. Raises CalibrationError when its simulations failed.
+    A cohesion below zero stays: it is the regression's noise, and to clip it would be a bias where many lines are compared.
+    Raises CalibrationError when its simulations failed.
     """
     point = point_id(point_at(material, {key: twin[key] for key in design["variables"]}))
     lines = pooled_line_scatter(strength[strength["fidelity"] == "campaign"])
@@ -39,7 +40,7 @@ def twin_soil(name: str, twin: dict, repose: pd.DataFrame, strength: pd.DataFram
             {
                 "soil": name,
                 "property": response,
-                "value": max(value, 0.0),
+                "value": value,
                 "standard_uncertainty": error,
                 "source": "synthetic twin",
                 "method": f"simulated, {len(twin['repose_seeds'])} heaps, {len(twin['shear_seeds'])} specimens",

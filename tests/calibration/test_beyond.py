@@ -157,7 +157,7 @@ def test_a_twin_is_a_soil_with_what_its_simulations_measure():
     strength = pd.DataFrame([{"point_id": point, "fidelity": "campaign", **line}])
     design = {"variables": list(VARIABLES)}
     rows = twin_soil("hidden", TWIN, repose, strength, design, MATERIAL).set_index("property")
-    assert rows["value"].to_dict() == {"cohesion": 0.0, "friction_angle": 33.0, "angle_of_repose": 31.0}
+    assert rows["value"].to_dict() == {"cohesion": -4.0, "friction_angle": 33.0, "angle_of_repose": 31.0}
     assert rows["standard_uncertainty"].to_dict()["cohesion"] == 5.0
 
 

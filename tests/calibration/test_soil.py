@@ -45,6 +45,21 @@ repose_csv: {{file: heaps.csv}}
     assert table.loc["angle_of_repose", ["value", "standard_uncertainty"]].tolist() == pytest.approx([30.0, 1 / np.sqrt(3)])
 
 
+def test_a_dry_sands_intercept_may_lie_below_zero_by_its_own_error_but_not_by_more(tmp_path):
+    def sheared(offset, scatter):
+        loads = np.array([1e3, 2e3, 3e3, 4e3])
+        forces = 0.6 * loads - offset + scatter * np.array([1.0, -1.0, -1.0, 1.0])
+        rows = [f"{k},{p},{x},{f}" for k, (p, f) in enumerate(zip(loads, forces, strict=True)) for x in (0.0, 1.0)]
+        write(tmp_path, "\n".join(["test,normal_stress_pa,displacement_m,force_n", *rows]), "shear.csv")
+        text = "direct_shear_csv: {file: shear.csv, shear_area_m2: 1.0}\nangle_of_repose_deg: {value: 30.0, source: book}\n"
+        return measure_soil(write(tmp_path, text)).set_index("property").loc["cohesion"]
+
+    row = sheared(offset=100.0, scatter=60.0)
+    assert -2 * row["standard_uncertainty"] < row["value"] < 0
+    with pytest.raises(CalibrationError, match="cohesion_pa is -4.*within two standard errors of zero"):
+        sheared(offset=400.0, scatter=20.0)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

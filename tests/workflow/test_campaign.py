@@ -205,20 +205,23 @@ def test_another_round_goes_on_from_the_last(project):
     assert not {"simulate_repose", "simulate_shear", "calibrate_as_published"} & set(jobs)
 
 
-def test_a_hidden_soil_is_found_again(finished):
-    """The scaled-down twin, and all simulated points as twins.
+def test_hidden_soils_are_found_again(finished):
+    """The scaled-down twins, and all simulated points as twins, lie in their 95 % regions, which are smaller than the design.
 
-    A right 95 % region leaves one soil in twenty outside, so that a single twin cannot be held to it: it is held to 99.9 %, and the
-    share of all points inside their 95 % regions to what fewer than one right method in a hundred would miss (15 points: 12).
+    A right method leaves one soil in twenty outside. Two of three inside, and four fifths of 15 and more, are what it gives in 99 of
+    100 campaigns.
     """
     twins = pd.read_parquet(finished / "results" / "smoke" / "twins.parquet")
-    assert len(twins) == 3
-    assert (twins["credible_level"] < 0.999).all()
+    assert twins["twin"].unique().tolist() == ["fine", "medium", "coarse"]
+    assert twins.groupby("twin")["inside_95"].first().sum() >= 2
     coverage = pd.read_parquet(finished / "results" / "smoke" / "coverage.parquet")
     assert len(coverage) >= 15
     assert coverage["inside_95"].mean() >= 0.8
     grid = pd.read_parquet(finished / "results" / "smoke" / "rounds" / "0" / "residuals.parquet")
-    assert not np.isclose(grid["rolling_friction"], twins.set_index("variable").loc["rolling_friction", "truth"]).any()
+    for variable, rows in twins.groupby("variable"):
+        assert not set(rows["truth"]) & set(grid[variable]), "the fit has seen the truth"
+    rolling = twins[twins["variable"] == "rolling_friction"]
+    assert (rolling["high_95"] - rolling["low_95"]).median() < 0.8 * np.ptp(grid["rolling_friction"])
 
 
 def test_optima_are_verified_with_seeds_that_no_fit_has_seen(finished):
@@ -228,7 +231,7 @@ def test_optima_are_verified_with_seeds_that_no_fit_has_seen(finished):
     assert not set(verified["simulation_id"]) & set(seen["simulation_id"])
     assert not set(verified["seed"]) & set(seen["seed"])
     table = pd.read_parquet(results / "verification.parquet")
-    assert table.groupby("case").size().to_dict() == {"sand": 3, "regolith": 3, "hidden": 3}
+    assert table.groupby("case").size().to_dict() == {"sand": 3, "regolith": 3, "fine": 3, "medium": 3, "coarse": 3}
     assert table["simulated"].notna().all()
 
 
@@ -248,7 +251,7 @@ def test_optima_are_verified_with_seeds_that_no_fit_has_seen(finished):
         ("optimise.cases", [{"case": "a", "soil": "mars", "weights": [1, 1, 1, 1]}], "soil of a is mars; allowed: one of"),
         (
             "optimise.cases",
-            [{"case": "a", "soil": "hidden", "weights": [1, 0, 1, 1]}],
+            [{"case": "a", "soil": "medium", "weights": [1, 0, 1, 1]}],
             "optimise.cases.0.weights.1: 0 is less than",
         ),
         ("surrogate", {name: {"model": "quadratic"} for name in RESPONSES}, "refine.rounds is 1; allowed: 0 when"),
