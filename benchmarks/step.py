@@ -112,7 +112,7 @@ def profile(s) -> dict[str, float]:
     per_pruning = 2.2 * fastest * s.time_step_s * loop.PRUNE_STEPS
     reach = float(np.clip(per_pruning, loop.LEAST_REACH * s._skin, loop.MOST_REACH * s._skin))
     frequency, n_materials, dt = neighbours.frequencies(s._period), len(s.materials), s.time_step_s
-    constants = loop.Constants(*(s._type(value) for value in (dt, 1.0, 0.0, 1e-18)))
+    constants = loop.Constants(*(s._type(value) for value in (dt, 1.0, 0.0, 1e-18, -1e30)))
     lists = (s._pair_table, n_materials, s._material)
     neighbours.common_constants(s._grains, s._contacts, *lists)
     slabs.prune(s._grains, s._period, frequency, False, s._pairs, reach, s._contacts, *lists)

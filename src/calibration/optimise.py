@@ -236,7 +236,7 @@ def checked_weights(weights) -> np.ndarray:
 
 
 def targets_of(soils: pd.DataFrame, soil: str) -> dict[str, float]:
-    """Target of each response for one soil of the soil table. A regression's cohesion may lie below zero (see `calibration.soil`)."""
+    """Target of each response for one soil of the soil table; a regression's cohesion may lie below zero."""
     rows = soils[soils["soil"] == soil].set_index("property")["value"]
     demand(len(rows) > 0, "soil of a case", soil, f"one of {sorted(soils['soil'].unique())}")
     for name, value in rows.items():

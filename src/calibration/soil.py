@@ -62,7 +62,12 @@ def check_range(path: Path, row: dict) -> None:
     if row["property"] == "cohesion":
         # the intercept of a regression through dry sand's tests lies on either side of zero
         least = 0.0 if row["method"] == "value" or np.isnan(uncertainty) else -2.0 * uncertainty
-        demand(value >= least, f"{path}: {key}", value, "zero or more, or as a regression's intercept within two standard errors of zero")
+        demand(
+            value >= least,
+            f"{path}: {key}",
+            value,
+            "zero or more, or as a regression's intercept within two standard errors of zero",
+        )
     else:
         demand(0 < value < largest, f"{path}: {key}", value, f"above 0 and below {largest:g} {unit}")
     demand(np.isnan(uncertainty) or uncertainty >= 0, f"{path}: {key} standard_uncertainty", uncertainty, "zero or more")

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem import slabs
+from dem import energy, slabs
 from dem.jit import jit
 from dem.layout import BLOCK, GRAIN, N_HISTORY
 from dem.motion import carry_glued
@@ -73,12 +73,13 @@ class Options(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Numbers in the contact precision: time step, one, zero, a tiny positive number."""
+    """Numbers in the contact precision: time step, one, zero, a tiny positive number, the smallest normal force."""
 
     dt: float
     one: float
     zero: float
     tiny: float
+    least: float
 
 
 @jit
@@ -141,6 +142,64 @@ def farthest(grains, origin):
 
 
 @jit
+def refresh_lists(
+    grains,
+    material,
+    walls,
+    pair_list,
+    wall_pairs,
+    spare,
+    wall_spare,
+    contacts,
+    wall_contacts,
+    pair_table,
+    n_materials,
+    period,
+    frequency,
+    skin,
+    reach,
+    options,
+    origin,
+    list_age,
+    parallel,
+):
+    """Save the contacts' history, rebuild the outer lists if a pair could be missing, and prune the contacts up to `reach`.
+
+    Arguments as in `advance`. Returns (FINISHED or why not, outer rebuilds).
+    """
+    n_rebuilds = 0
+    if parallel is None:
+        slabs.save(contacts, pair_list.history)
+    else:
+        slabs.save_threads(contacts, pair_list.history)
+    save_slab(0, wall_contacts, wall_pairs.history)
+    if 2.0 * list_age[0] + reach > skin and list_age[0] < LISTS_STALE:
+        list_age[0] = max(farthest(grains, origin), list_age[1])  # the bound adds up the fastest grain of every step
+    if 2.0 * list_age[0] + reach > skin:
+        reason = rebuild(grains, period, walls, skin, pair_list, wall_pairs, spare, wall_spare, contacts)
+        if reason != FINISHED:
+            return reason, n_rebuilds
+        n_rebuilds = 1
+        list_age[:] = 0.0
+        for i in range(origin.shape[0]):
+            for a in range(3):
+                origin[i, a] = grains[GRAIN * i + a]
+    if parallel is None:
+        fits = slabs.prune(
+            grains, period, frequency, options.periodic, pair_list, reach, contacts, pair_table, n_materials, material
+        )
+    else:
+        fits = slabs.prune_threads(
+            grains, period, frequency, options.periodic, pair_list, reach, contacts, pair_table, n_materials, material
+        )
+    if not fits:
+        contacts.count[:] = 0
+        return CONTACTS_FULL, n_rebuilds
+    prune_walls(grains, walls, wall_pairs, reach, wall_contacts, pair_table, n_materials, material)
+    return FINISHED, n_rebuilds
+
+
+@jit
 def advance(
     grains,
     material,
@@ -170,6 +229,7 @@ def advance(
     list_age,
     mean_force,
     parallel,
+    ledger,
 ):
     """Advance everything by n_steps of dt.
 
@@ -177,6 +237,7 @@ def advance(
     `origin` (n, 3) keeps where the grains were when the outer lists were made, `list_age` the bound on any grain's way and the
     walls' way since then (m); LISTS_STALE in the first asks for new lists.
     `parallel` : None for one thread, anything else for numba's number of threads (the other branch is then not even compiled).
+    `ledger` : None, or a `dem.energy.Ledger` that books every step.
     Returns (reason, steps done, outer rebuilds, inner prunings). The reasons that end in FULL ask for a longer list; the state is
     then consistent and the call can be repeated with the remaining steps. BLEW_UP: something moves faster than speed_limit, or is
     out of any sensible place, and the state is worthless.
@@ -195,43 +256,25 @@ def advance(
         if 2.0 * travel > reach:
             list_age[0] += travel
             travel = 0.0
-            if parallel is None:
-                slabs.save(contacts, pair_list.history)
-            else:
-                slabs.save_threads(contacts, pair_list.history)
-            save_slab(0, wall_contacts, wall_pairs.history)
             reach = min(max(2.2 * fastest * dt * PRUNE_STEPS, LEAST_REACH * skin), MOST_REACH * skin)
-            if 2.0 * list_age[0] + reach > skin and list_age[0] < LISTS_STALE:
-                list_age[0] = max(farthest(grains, origin), list_age[1])  # the bound adds up the fastest grain of every step
-            if 2.0 * list_age[0] + reach > skin:
-                reason = rebuild(grains, period, walls, skin, pair_list, wall_pairs, spare, wall_spare, contacts)
-                if reason != FINISHED:
-                    break
-                n_rebuilds += 1
-                list_age[:] = 0.0
-                for i in range(origin.shape[0]):
-                    for a in range(3):
-                        origin[i, a] = grains[GRAIN * i + a]
-            if parallel is None:
-                fits = slabs.prune(
-                    grains, period, frequency, options.periodic, pair_list, reach, contacts, pair_table, n_materials, material
-                )
-            else:
-                fits = slabs.prune_threads(
-                    grains, period, frequency, options.periodic, pair_list, reach, contacts, pair_table, n_materials, material
-                )
-            if not fits:
-                contacts.count[:] = 0
-                reason = CONTACTS_FULL
+            reason, rebuilt = refresh_lists(
+                grains, material, walls, pair_list, wall_pairs, spare, wall_spare, contacts, wall_contacts, pair_table, n_materials,
+                period, frequency, skin, reach, options, origin, list_age, parallel,
+            )  # fmt: skip
+            n_rebuilds += rebuilt
+            if reason != FINISHED:
                 break
-            prune_walls(grains, walls, wall_pairs, reach, wall_contacts, pair_table, n_materials, material)
             n_prunings += 1
+        if ledger is not None:
+            energy.note_step(grains, period, frequency, contacts, walls, wall_contacts, constants, ledger, options.elastic_rolling)
         if parallel is None:
             slabs.pair_forces(grains, loads, contacts, period, frequency, buffers, constants, options)
         else:
             slabs.pair_forces_threads(grains, loads, contacts, period, frequency, buffers, constants, options)
         wall_forces(grains, loads, walls, wall_contacts, buffers[0], constants, options)
         carry_glued(grains, loads, walls, glued, carrier)
+        if ledger is not None:
+            energy.book_step(grains, loads, contacts, walls, wall_contacts, gravity, dt, ledger)
         mean_force += walls.force
         wall_speed = move_walls(walls, dt)
         if parallel is None:

@@ -12,6 +12,10 @@ def require(condition: bool, name: str, value, allowed: str) -> None:
         raise ValueError(f"{name} is {value}; allowed: {allowed}.")
 
 
+#: Name -> dashpot ratio as a function of the restitution.
+DAMPING_MODELS = {"edem": hertz.damping_ratio, "no_pull": hertz.damping_ratio_without_pull}
+
+
 @dataclass(frozen=True, kw_only=True)
 class Material:
     """An isotropic elastic solid: density (kg/m3), Poisson's ratio, shear modulus (Pa)."""
@@ -40,13 +44,15 @@ class Interaction:
         require(0 <= self.rolling_friction < math.inf, "rolling_friction", self.rolling_friction, "zero or positive")
 
 
-def pair_constants(a: Material, b: Material, interaction: Interaction) -> tuple[float, float, float, float, float]:
+def pair_constants(
+    a: Material, b: Material, interaction: Interaction, damping_model: str = "edem"
+) -> tuple[float, float, float, float, float]:
     """A row of the pair table (see `dem.layout`): E*, G* in Pa, dashpot ratio, static and rolling friction."""
     moduli = (a.shear_modulus_pa, a.poisson_ratio, b.shear_modulus_pa, b.poisson_ratio)
     return (
         hertz.effective_young_modulus(*moduli),
         mindlin.effective_shear_modulus(*moduli),
-        hertz.damping_ratio(interaction.restitution),
+        DAMPING_MODELS[damping_model](interaction.restitution),
         interaction.static_friction,
         interaction.rolling_friction,
     )

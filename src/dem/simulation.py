@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dem import loop, motion
+from dem import energy, loop, motion
 from dem.factory import Factory
 from dem.jit import MAX_THREADS, set_num_threads
 from dem.layout import BLOCK, BUFFER, FREE, GRAIN, HISTORY, INVERSE_MASS, LOAD, N_HISTORY, RADIUS, ROWS, UX, VX, aligned_zeros
-from dem.material import Interaction, Material, pair_constants, require
+from dem.material import DAMPING_MODELS, Interaction, Material, pair_constants, require
 from dem.neighbours import GRAINS_PER_SLAB, SLABS, cell_size, is_sound, sort_into_cells
 from dem.slabs import STRETCHES
 from dem.timestep import stable_time_step
@@ -21,6 +21,9 @@ from dem.walls import Wall, from_arrays, to_arrays
 
 #: Stands in for zero in m, N and rad, so that no division is by zero; its square root and square are float32 numbers too.
 TINY = 1e-18
+
+#: Stands in for no lower bound of the normal force (N).
+NO_BOUND = -1e30
 
 #: Neighbour skin in mean grain radii: rebuilding costs as much as pruning near this value.
 SKIN_RATIO = 0.55
@@ -69,10 +72,12 @@ class Simulation:
     time_step_rayleigh_ratio : time step over the smallest grain's Rayleigh time.
     smallest_radius_m : radius that sets the time step (every factory's grains must be at least as large).
     rolling_model : "type_a" (EDEM's) or "type_c" (elastic-plastic), see `dem.contact.rolling`.
+    damping_model : "edem" (at separation the dashpot pulls) or "no_pull", see `dem.contact.hertz`; both rebound with e.
     precision : "float32" or "float64" of the contact arithmetic; positions and velocities are float64 always.
     vector_code : whether the hottest kernels run as explicit vector code (`dem.vectors`) or as plain numba.
     threads : on how many threads this simulation runs (worth it from some 20 000 grains on; the result is the same).
     floor_m : grains below this height leave the simulation.
+    energy_ledger : whether every step is booked in `energies_j` (see `dem.energy`); steps then take several times as long.
     """
 
     def __init__(
@@ -86,16 +91,20 @@ class Simulation:
         period_m: tuple[float, float, float] = (0.0, 0.0, 0.0),
         time_step_rayleigh_ratio: float = 0.2,
         rolling_model: str = "type_a",
+        damping_model: str = "edem",
         precision: str = "float32",
         vector_code: bool = True,
         threads: int = 1,
         floor_m: float = -math.inf,
+        energy_ledger: bool = False,
     ):
         require(rolling_model in ("type_a", "type_c"), "rolling_model", repr(rolling_model), "type_a or type_c")
+        require(damping_model in DAMPING_MODELS, "damping_model", repr(damping_model), f"one of {list(DAMPING_MODELS)}")
         require(precision in ("float32", "float64"), "precision", repr(precision), "float32 or float64")
         require(0 < smallest_radius_m < math.inf, "smallest_radius_m", smallest_radius_m, "a positive number")
         require(1 <= threads <= MAX_THREADS, "threads", threads, f"1 to {MAX_THREADS}")
         self.materials = dict(materials)
+        self._damping_model = damping_model
         self._material_index = {name: k for k, name in enumerate(materials)}
         self._pair_table = np.full((len(materials) ** 2, 5), np.nan)
         for pair, interaction in interactions.items():
@@ -105,12 +114,16 @@ class Simulation:
             stable_time_step(smallest_radius_m, material, time_step_rayleigh_ratio) for material in materials.values()
         )
         self._type = np.dtype(precision).type
+        least = 0.0 if damping_model == "no_pull" else NO_BOUND
+        self._constants = loop.Constants(*(self._type(value) for value in (self.time_step_s, 1.0, 0.0, TINY, least)))
         self._threads, self._parallel = threads, None if threads == 1 else True
         self.gravity_m_s2 = tuple(gravity_m_s2)
         self._gravity = np.asarray(gravity_m_s2, float)
         self._period = np.asarray(period_m, float)
         self._options = loop.Options(vector_code, rolling_model == "type_c", bool((self._period > 0).any()))
         self._floor = floor_m
+        self._entries = np.zeros(len(energy.ENTRIES)) if energy_ledger else None
+        self._exchanged_j = 0.0
         self._wall_definitions: list[Wall] = []
         self._walls = to_arrays([], self._material_index)
         self._factories: list[Factory] = []
@@ -135,7 +148,7 @@ class Simulation:
         for name in (a, b):
             require(name in names, "material of an interaction", repr(name), f"one of {names}")
         i, j = names.index(a), names.index(b)
-        row = pair_constants(self.materials[a], self.materials[b], interaction)
+        row = pair_constants(self.materials[a], self.materials[b], interaction, self._damping_model)
         self._pair_table[[i * len(names) + j, j * len(names) + i]] = row
 
     def add_wall(self, wall: Wall) -> None:
@@ -233,9 +246,10 @@ class Simulation:
         """Fix grains to a wall: they move with it, and what pushes them pushes the wall."""
         indices = np.argsort(self._ids)[np.unique(np.asarray(grain_indices, np.int64))]
         w = self._wall_index(wall)
-        record = self._records
+        record, held_j = self._records, self._held_by_grains_j()
         record[indices, INVERSE_MASS] = 0.0
         record[indices, FREE] = 0.0
+        self._exchanged_j += self._held_by_grains_j() - held_j
         self._glued = np.concatenate([self._glued, indices])
         self._carrier = np.concatenate([self._carrier, np.full(len(indices), w, np.int64)])
         self._list_age[0] = loop.LISTS_STALE
@@ -306,7 +320,7 @@ class Simulation:
 
     def _restructure(self, selected, new_records=NO_RECORDS, new_material=()):
         """Keep the grains of the given numbers, in that order, and append others; contacts keep their history."""
-        old_pairs, old_walls = self._pairs, self._wall_pairs
+        old_pairs, old_walls, held_j = self._pairs, self._wall_pairs, self._held_by_grains_j()
         next_id = self._ids.max(initial=-1) + 1
         n_old, n_new = self.n_grains, len(new_records)
         self._allocate(
@@ -327,6 +341,7 @@ class Simulation:
             target.row[:] = row
             target.partner[: len(partner)] = partner
             target.history[: len(partner)] = history
+        self._exchanged_j += self._held_by_grains_j() - held_j
         stays = number[self._glued] >= 0
         self._carrier = self._carrier[stays]
         self._glued = number[self._glued[stays]]
@@ -374,9 +389,9 @@ class Simulation:
                 self._grains, self._material, self._loads, self._walls,
                 self._pairs, self._wall_pairs, self._spare, self._wall_spare, self._contacts, self._wall_contacts,
                 self._pair_table, len(self.materials), self._glued, self._carrier, self._gravity, self._period, self._buffers,
-                self._speeds, loop.Constants(*(self._type(value) for value in (self.time_step_s, 1.0, 0.0, TINY))),
+                self._speeds, self._constants,
                 self.time_step_s, self._skin, self._speed_limit, remaining, self._options, self._origin, self._list_age,
-                mean_force, self._parallel,
+                mean_force, self._parallel, self._ledger(),
             )  # fmt: skip
             forces += mean_force * done
             remaining -= done
@@ -385,6 +400,12 @@ class Simulation:
             if reason != loop.FINISHED:
                 self._lengthen(reason)
         return forces / max(n_steps, 1)
+
+    def _ledger(self):
+        if self._entries is None:
+            return None
+        notes = (np.empty((len(contacts.first), energy.NOTES)) for contacts in (self._contacts, self._wall_contacts))
+        return energy.Ledger(self._entries, *notes)
 
     @property
     def _skin(self) -> float:
@@ -477,6 +498,24 @@ class Simulation:
     def kinetic_energy_j(self) -> float:
         """Translational and rotational kinetic energy of the free grains."""
         return float(sum(motion.kinetic_energy(self._grains)))
+
+    @property
+    def energies_j(self) -> dict[str, float]:
+        """The energy ledger at the last step: its entries (`dem.energy`), what came with the grains, and the residual.
+
+        Raises
+        ------
+        ValueError : the simulation keeps no ledger.
+        """
+        require(self._entries is not None, "energy_ledger", False, "True, to read energies_j")
+        return energy.summary(self._entries, self._exchanged_j)
+
+    def _held_by_grains_j(self) -> float:
+        """Kinetic and potential energy of the free grains, for the ledger."""
+        if self._entries is None:
+            return 0.0
+        record = self._records[self._records[:, FREE] > 0]
+        return float(sum(motion.kinetic_energy(self._grains)) - (record[:, 0:3] @ self._gravity / record[:, INVERSE_MASS]).sum())
 
     def is_static(self, ratio: float = 1e-8) -> bool:
         """Whether the translational kinetic energy per grain is below `ratio` times m g r (a fall by one radius).

@@ -208,8 +208,8 @@ def test_another_round_goes_on_from_the_last(project):
 def test_hidden_soils_are_found_again(finished):
     """The scaled-down twins, and all simulated points as twins, lie in their 95 % regions, which are smaller than the design.
 
-    A right method leaves one soil in twenty outside. Two of three inside, and four fifths of 15 and more, are what it gives in 99 of
-    100 campaigns.
+    A right method leaves one soil in twenty outside. Two of three inside, and four fifths of 15 and more, are what it gives in
+    99 of 100 campaigns.
     """
     twins = pd.read_parquet(finished / "results" / "smoke" / "twins.parquet")
     assert twins["twin"].unique().tolist() == ["fine", "medium", "coarse"]

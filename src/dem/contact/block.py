@@ -44,13 +44,14 @@ def separation(q, b, inv_R_sum, one, tiny):
 
 
 @jit
-def contact_stage(n, b, c, h, dt, one, zero, tiny):
+def contact_stage(n, b, c, h, dt, one, zero, tiny, least):
     """Loads of n contacts with type A rolling.
 
     Parameters
     ----------
     n : contacts in the block. b : work buffer. c : their pair constants. h : their history, which is updated.
     dt, one, zero, tiny : time step and constants in the contact precision (a plain literal would promote to float64).
+    least : smallest normal force; zero where contacts must not pull, else far below any force.
     """
     for q in range(n):
         nx, ny, nz, arm, overlap = separation(q, b, c[INV_R_SUM * B + q], one, tiny)
@@ -67,7 +68,7 @@ def contact_stage(n, b, c, h, dt, one, zero, tiny):
         tx = vx - v_n * nx + ny * uz - nz * uy
         ty = vy - v_n * ny + nz * ux - nx * uz
         tz = vz - v_n * nz + nx * uy - ny * ux
-        f_n = normal_force(overlap, root, fourth_root, v_n, c[K_N * B + q], c[C_N * B + q])
+        f_n = normal_force(overlap, root, fourth_root, v_n, c[K_N * B + q], c[C_N * B + q], least)
         sx = h[q]
         sy = h[B + q]
         sz = h[2 * B + q]

@@ -1,4 +1,4 @@
-"""Hertz normal contact with the dashpot of EDEM's Hertz-Mindlin model.
+"""Hertz normal contact with the dashpot of EDEM's Hertz-Mindlin model, and one that never pulls.
 
 Symbols: delta overlap, positive when grains touch; R_star, m_star, E_star effective radius, mass, Young's modulus;
 v_n normal component of the relative velocity of i against j along n, which points from j to i; e restitution.
@@ -6,11 +6,17 @@ v_n normal component of the relative velocity of i against j along n, which poin
     F_n = 4/3 E* sqrt(R*) delta^(3/2) - 2 sqrt(5/6) beta sqrt(S_n m*) v_n,   S_n = 2 E* sqrt(R* delta),
     beta = -ln e / sqrt(ln^2 e + pi^2)
 
-Source: Tsuji, Tanaka, Ishida 1992 (Powder Technol. 71, 239) in the form of EDEM's user guide. Limits: beta belongs to a linear
-spring, so at low e the rebound is not exactly e; the dashpot may pull for a moment at separation, as EDEM's does.
+Source: Tsuji, Tanaka, Ishida 1992 (Powder Technol. 71, 239) in the form of EDEM's user guide. This beta, that of a linear spring,
+gives exactly e with the dashpot above too (Antypov & Elliott 2011, EPL 94, 50004). The price: just before separation the dashpot
+pulls, the more the lower e is. Where the pull is cut off (F_n >= 0) the rebound is too fast: e = 0.32 where 0.2 was wanted.
+`damping_ratio_without_pull` is the beta that then gives e again (Thornton, Cummins, Cleary 2013, Powder Technol. 233, 30).
 """
 
+import functools
 import math
+
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from dem.jit import jit
 
@@ -22,6 +28,33 @@ def damping_ratio(restitution: float) -> float:
     """Dashpot ratio beta (dimensionless, 0 for e = 1)."""
     log_e = math.log(restitution)
     return -log_e / math.hypot(log_e, math.pi)
+
+
+@functools.cache
+def damping_ratio_without_pull(restitution: float) -> float:
+    """Beta with which a contact that never pulls rebounds with e (dimensionless, 0 for e = 1)."""
+    if restitution == 1.0:
+        return 0.0
+    return brentq(lambda beta: rebound_without_pull(beta) - restitution, 0.0, 10.0 / restitution, rtol=1e-10)
+
+
+def rebound_without_pull(beta: float) -> float:
+    """Rebound speed over impact speed of a contact with dashpot ratio beta that never pulls.
+
+    In natural units x'' = -x^(3/2) - sqrt(5) beta x^(1/4) x', from x = 0, x' = 1; it is over when the force is zero.
+    """
+    gamma = math.sqrt(5.0) * beta
+
+    def motion(_, state):
+        x = max(state[0], 0.0)
+        return state[1], -(x**1.5) - gamma * x**0.25 * state[1]
+
+    def force(_, state):
+        return 1.0 if state[1] >= 0.0 else max(state[0], 0.0) ** 1.25 + gamma * state[1]
+
+    force.terminal = True
+    solution = solve_ivp(motion, (0.0, math.inf), (1e-12, 1.0), method="LSODA", events=force, rtol=1e-10, atol=1e-14)
+    return -float(solution.y[1, -1])
 
 
 def effective_young_modulus(shear_modulus_i, poisson_i, shear_modulus_j, poisson_j) -> float:
@@ -42,6 +75,6 @@ def damping(E_star, R_star, m_star, beta):
 
 
 @jit
-def normal_force(overlap, root, fourth_root, v_n, k_n, c_n):
-    """Force in N that pushes i away from j; root and fourth_root are those of the overlap."""
-    return k_n * root * overlap - c_n * fourth_root * v_n
+def normal_force(overlap, root, fourth_root, v_n, k_n, c_n, least):
+    """Force in N that pushes i away from j, at least `least`; root and fourth_root are those of the overlap."""
+    return max(k_n * root * overlap - c_n * fourth_root * v_n, least)

@@ -19,7 +19,7 @@ def stage(normal, velocity, spring, mu_s=1e9, overlap=1e-5, radius=1e-3):
     b[3 * BLOCK] = (2 * radius) ** 2 - apart @ apart
     c[INV_R_SUM * BLOCK], c[K_N * BLOCK], c[K_T * BLOCK], c[C_N * BLOCK], c[C_T * BLOCK] = 1 / (2 * radius), 1e6, 1e6, 0.0, 0.0
     c[MU_S * BLOCK] = mu_s
-    contact_stage(1, b, c, h, DT, 1.0, 0.0, 1e-30)
+    contact_stage(1, b, c, h, DT, 1.0, 0.0, 1e-30, -1e30)
     return np.array([b[(FORCE + a) * BLOCK] for a in range(3)]), np.array([h[a * BLOCK] for a in range(3)]), normal
 
 

@@ -29,6 +29,14 @@ def test_an_elastic_contact_has_no_dashpot_and_less_restitution_means_more():
     assert ratios == sorted(ratios)
 
 
+@pytest.mark.parametrize("e", [0.1, 0.5, 0.9])
+def test_without_pull_a_larger_dashpot_is_needed_for_the_same_rebound(e):
+    beta = hertz.damping_ratio_without_pull(e)
+    assert hertz.rebound_without_pull(beta) == pytest.approx(e, rel=1e-8)
+    assert beta > hertz.damping_ratio(e)
+    assert hertz.normal_force(1e-6, 1e-3, 1e-6**0.25, 10.0, 3e7, 2.0, 0.0) == 0.0
+
+
 def test_damping_ratio_gives_a_linear_spring_the_restitution_it_is_named_after():
     beta = hertz.damping_ratio(0.5)
     assert math.exp(-math.pi * beta / math.sqrt(1 - beta**2)) == pytest.approx(0.5)
@@ -37,13 +45,13 @@ def test_damping_ratio_gives_a_linear_spring_the_restitution_it_is_named_after()
 @given(st.floats(1e-9, 1e-4), st.floats(1.01, 4.0))
 def test_the_normal_spring_grows_with_the_three_halves_power_of_the_overlap(overlap, factor):
     def force(delta):
-        return hertz.normal_force(delta, math.sqrt(delta), delta**0.25, 0.0, 3e7, 0.0)
+        return hertz.normal_force(delta, math.sqrt(delta), delta**0.25, 0.0, 3e7, 0.0, -1e30)
 
     assert force(factor * overlap) == pytest.approx(factor**1.5 * force(overlap), rel=1e-12)
 
 
 def test_the_dashpot_resists_approach():
-    quiet, approaching = (hertz.normal_force(1e-6, 1e-3, 1e-6**0.25, v, 3e7, 2.0) for v in (0.0, -0.1))
+    quiet, approaching = (hertz.normal_force(1e-6, 1e-3, 1e-6**0.25, v, 3e7, 2.0, -1e30) for v in (0.0, -0.1))
     assert approaching > quiet
 
 

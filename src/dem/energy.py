@@ -1,0 +1,320 @@
+"""Energy ledger: what the grains and springs hold, what the contacts lose, what the walls do, booked at every step.
+
+    kinetic + potential + normal springs + tangential springs + rolling springs
+        = work of the walls + exchanged - dissipated + springs remade + residual
+
+The contact laws are evaluated a second time here, in float64 and apart from the fast kernels, whose loads show in the kinetic
+energy. Every power is a force times the mean of the velocities before and after the step, which is exactly what changes the kinetic
+energy. What a tangential or rolling contact takes and its spring does not hold afterwards is dissipated (dashpot and sliding
+together: where a contact slides, the law has no separate dashpot). `residual` is what is left over: the time integration's error.
+
+"Springs remade" is the law's own: the tangential stiffness 8 G* sqrt(R* delta) changes with the overlap while the spring
+keeps its elongation, and the part of a spring along a turning normal is dropped. That gives or takes energy, whatever the step
+(Elata & Berryman 1996, Mech. Mater. 24, 229).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from dem.contact import mindlin
+from dem.contact.rolling import plastic_factor, resist
+from dem.jit import jit
+from dem.layout import (
+    BLOCK,
+    C_N,
+    C_T,
+    FREE,
+    GRAIN,
+    HISTORY,
+    INV_R_SUM,
+    INVERSE_MASS,
+    K_N,
+    K_T,
+    LOAD,
+    MU_R,
+    MU_S,
+    QX,
+    R_STAR,
+    RADIUS,
+    RESIST,
+    ROWS,
+    UX,
+    VX,
+)
+from dem.neighbours import SLABS, nearest_image
+from dem.walls import wall_separation
+
+#: Entries of the ledger (J). The first six are what there is now, the others have added up since the start.
+ENTRIES = (
+    "kinetic",
+    "potential",
+    "normal_springs",
+    "tangential_springs",
+    "rolling_springs",
+    "kinetic_after",
+    "normal_dashpots",
+    "sliding",
+    "rolling",
+    "work_of_walls",
+    "springs_remade",
+)
+(
+    KINETIC,
+    POTENTIAL,
+    NORMAL_SPRINGS,
+    TANGENTIAL_SPRINGS,
+    ROLLING_SPRINGS,
+    KINETIC_AFTER,
+    NORMAL_DASHPOTS,
+    SLIDING,
+    ROLLING,
+    WORK_OF_WALLS,
+    SPRINGS_REMADE,
+) = range(len(ENTRIES))
+
+#: Columns of the notes on a contact between `note_contacts` and `book_contacts`: normal (3), force of the normal dashpot,
+#: tangential force (3) and what its spring gains, rolling moment (3) and what its spring gains, d / R_sum.
+NOTES = 13
+NORMAL, DASHPOT, FORCE, GAIN, MOMENT, ROLLING_GAIN, ARM = 0, 3, 4, 7, 8, 11, 12
+
+
+class Ledger(NamedTuple):
+    """Entries (len(ENTRIES),) in J, and room for notes on contacts of pairs and walls, (NOTES,) each."""
+
+    entries: np.ndarray
+    pairs: np.ndarray
+    walls: np.ndarray
+
+
+@jit
+def note_contacts(
+    first, second, block, common, alike, begin, count, walls, grains, period, frequency, notes, entries, constants, type_c
+):
+    """Evaluate the laws of contacts begin to begin + count at the grains' state, before the kernels change their history.
+
+    walls : None for contacts between grains. Sets `notes` and adds the springs' energies to `entries`; elongations before the
+    step are those that are left after turning with the normal.
+    """
+    dt = float(constants.dt)
+    for k in range(begin, begin + count):
+        note = notes[k]
+        note[:] = 0.0
+        q = k % BLOCK
+        e = (k // BLOCK) * ROWS * BLOCK + q
+        c = common[q:] if alike else block[e:]
+        h = block[e + HISTORY * BLOCK :]
+        i = GRAIN * first[k]
+        R_j = 0.0
+        nx, ny, nz = separation(grains, i, second[k], walls, period, frequency)
+        if walls is None:
+            R_j = grains[GRAIN * second[k] + RADIUS]
+        d = math.sqrt(nx * nx + ny * ny + nz * nz)
+        overlap = grains[i + RADIUS] + R_j - d
+        if overlap <= 0.0:
+            continue
+        nx, ny, nz = nx / d, ny / d, nz / d
+        arm = d * float(c[INV_R_SUM * BLOCK])
+        v = relative_velocity(grains, i, second[k], walls)
+        u = spin_sum(grains, i, second[k], walls)
+        v_n = v[0] * nx + v[1] * ny + v[2] * nz
+        tx = v[0] - v_n * nx + arm * (ny * u[2] - nz * u[1])
+        ty = v[1] - v_n * ny + arm * (nz * u[0] - nx * u[2])
+        tz = v[2] - v_n * nz + arm * (nx * u[1] - ny * u[0])
+        root = math.sqrt(overlap)
+        fourth_root = math.sqrt(root)
+        spring_n = float(c[K_N * BLOCK]) * root * overlap
+        f_n = max(spring_n - float(c[C_N * BLOCK]) * fourth_root * v_n, float(constants.least))
+        S_t = float(c[K_T * BLOCK]) * root
+        D_t = float(c[C_T * BLOCK]) * fourth_root
+        sx, sy, sz = flat(float(h[0]), float(h[BLOCK]), float(h[2 * BLOCK]), nx, ny, nz)
+        fx, fy, fz = S_t * (sx + tx * dt) + D_t * tx, S_t * (sy + ty * dt) + D_t * ty, S_t * (sz + tz * dt) + D_t * tz
+        trial = math.sqrt(fx * fx + fy * fy + fz * fz)
+        factor, _ = mindlin.slip(trial, float(c[MU_S * BLOCK]) * max(f_n, 0.0), S_t, 1.0, 1e-300)
+        fx, fy, fz = factor * fx, factor * fy, factor * fz
+        before = 0.5 * S_t * (sx * sx + sy * sy + sz * sz)
+        after = 0.5 / S_t * ((fx - D_t * tx) ** 2 + (fy - D_t * ty) ** 2 + (fz - D_t * tz) ** 2)
+        note[NORMAL], note[NORMAL + 1], note[NORMAL + 2], note[ARM] = nx, ny, nz, arm
+        note[DASHPOT] = f_n - spring_n
+        note[FORCE], note[FORCE + 1], note[FORCE + 2], note[GAIN] = fx, fy, fz, after - before
+        entries[NORMAL_SPRINGS] += 0.4 * spring_n * overlap
+        entries[SPRINGS_REMADE] += before
+        entries[TANGENTIAL_SPRINGS] += after
+        if type_c:
+            note_rolling(note, c, h, S_t, max(f_n, 0.0), nx, ny, nz, rolling_velocity(grains, i, second[k], walls), dt, entries)
+
+
+@jit
+def note_rolling(note, c, h, S_t, push, nx, ny, nz, turning, dt, entries):
+    """The rolling spring's part of `note_contacts`; turning : relative angular velocity (3,)."""
+    R_star = float(c[R_STAR * BLOCK])
+    k_r = S_t * R_star * R_star
+    ax, ay, az = flat(float(h[3 * BLOCK]), float(h[4 * BLOCK]), float(h[5 * BLOCK]), nx, ny, nz)
+    rx, ry, rz = flat(turning[0], turning[1], turning[2], nx, ny, nz)
+    wx, wy, wz = ax + rx * dt, ay + ry * dt, az + rz * dt
+    limit = float(c[MU_R * BLOCK]) * push * R_star
+    factor = plastic_factor(k_r * math.sqrt(wx * wx + wy * wy + wz * wz), limit, 1.0, 1e-300)
+    moment = factor * k_r
+    before = 0.5 * k_r * (ax * ax + ay * ay + az * az)
+    after = 0.5 * moment * factor * (wx * wx + wy * wy + wz * wz)
+    note[MOMENT], note[MOMENT + 1], note[MOMENT + 2], note[ROLLING_GAIN] = moment * wx, moment * wy, moment * wz, after - before
+    entries[SPRINGS_REMADE] += before
+    entries[ROLLING_SPRINGS] += after
+
+
+@jit
+def book_contacts(first, second, begin, count, walls, mean, notes, entries, dt):
+    """Book what the dashpots and sliding and rolling contacts lose in this step; mean : the grains with mean velocities."""
+    for k in range(begin, begin + count):
+        note = notes[k]
+        i = GRAIN * first[k]
+        n = note[NORMAL : NORMAL + 3]
+        v = relative_velocity(mean, i, second[k], walls)
+        u = spin_sum(mean, i, second[k], walls)
+        v_n = v[0] * n[0] + v[1] * n[1] + v[2] * n[2]
+        arm = note[ARM]
+        t = (
+            v[0] - v_n * n[0] + arm * (n[1] * u[2] - n[2] * u[1]),
+            v[1] - v_n * n[1] + arm * (n[2] * u[0] - n[0] * u[2]),
+            v[2] - v_n * n[2] + arm * (n[0] * u[1] - n[1] * u[0]),
+        )
+        entries[NORMAL_DASHPOTS] -= note[DASHPOT] * v_n * dt
+        r = rolling_velocity(mean, i, second[k], walls)
+        for a in range(3):
+            entries[SLIDING] += note[FORCE + a] * t[a] * dt
+            entries[ROLLING] += note[MOMENT + a] * r[a] * dt
+        entries[SLIDING] -= note[GAIN]
+        entries[ROLLING] -= note[ROLLING_GAIN]
+
+
+@jit
+def separation(grains, i, j, walls, period, frequency):
+    """Vector in m from grain or wall j to the grain whose record starts at i."""
+    if walls is None:
+        o = GRAIN * j
+        return (
+            nearest_image(grains[i] - grains[o], period[0], frequency[0]),
+            nearest_image(grains[i + 1] - grains[o + 1], period[1], frequency[1]),
+            nearest_image(grains[i + 2] - grains[o + 2], period[2], frequency[2]),
+        )
+    return wall_separation(grains, i, walls, j)
+
+
+@jit
+def relative_velocity(grains, i, j, walls):
+    """Velocity in m/s of the grain whose record starts at i against grain or wall j."""
+    if walls is None:
+        o = GRAIN * j + VX
+        return grains[i + VX] - grains[o], grains[i + VX + 1] - grains[o + 1], grains[i + VX + 2] - grains[o + 2]
+    v = walls.velocity[j]
+    return grains[i + VX] - v[0], grains[i + VX + 1] - v[1], grains[i + VX + 2] - v[2]
+
+
+@jit
+def spin_sum(grains, i, j, walls):
+    """u_i + u_j in m/s (u = radius x angular velocity); a wall does not turn."""
+    if walls is None:
+        o = GRAIN * j + UX
+        return grains[i + UX] + grains[o], grains[i + UX + 1] + grains[o + 1], grains[i + UX + 2] + grains[o + 2]
+    return grains[i + UX], grains[i + UX + 1], grains[i + UX + 2]
+
+
+@jit
+def rolling_velocity(grains, i, j, walls):
+    """Angular velocity in rad/s of the grain whose record starts at i against grain or wall j."""
+    a = 1.0 / grains[i + RADIUS]
+    if walls is None:
+        o = GRAIN * j
+        b = 1.0 / grains[o + RADIUS]
+        return (
+            a * grains[i + UX] - b * grains[o + UX],
+            a * grains[i + UX + 1] - b * grains[o + UX + 1],
+            a * grains[i + UX + 2] - b * grains[o + UX + 2],
+        )
+    return a * grains[i + UX], a * grains[i + UX + 1], a * grains[i + UX + 2]
+
+
+@jit
+def flat(x, y, z, nx, ny, nz):
+    """A vector without its part along the unit vector n."""
+    along = x * nx + y * ny + z * nz
+    return x - along * nx, y - along * ny, z - along * nz
+
+
+@jit
+def book_grains(grains, loads, gravity, dt, mean, entries):
+    """Kinetic (at this instant and half a step later) and potential energy, losses of type A rolling; fills `mean`.
+
+    The stored velocities are half a step behind; with the loads those half a step ahead follow, as in `dem.motion.integrate`.
+    """
+    for k in range(grains.shape[0] // GRAIN):
+        i, a = k * GRAIN, k * LOAD
+        mean[i : i + GRAIN] = grains[i : i + GRAIN]
+        inverse_mass = grains[i + INVERSE_MASS]
+        if inverse_mass == 0.0:
+            continue
+        mass = 1.0 / inverse_mass
+        kick = inverse_mass * dt
+        before, after = 0.0, 0.0
+        for t in range(3):
+            v = grains[i + VX + t]
+            w = v + kick * loads[a + t] + grains[i + FREE] * gravity[t] * dt
+            before += 0.5 * mass * v * v
+            after += 0.5 * mass * w * w
+            mean[i + VX + t] = 0.5 * (v + w)
+            entries[POTENTIAL] -= mass * grains[i + FREE] * gravity[t] * grains[i + t]
+        twist = 2.5 * kick
+        ux = grains[i + UX] + twist * loads[a + QX]
+        uy = grains[i + UX + 1] + twist * loads[a + QX + 1]
+        uz = grains[i + UX + 2] + twist * loads[a + QX + 2]
+        keep = resist(ux, uy, uz, twist * loads[a + RESIST])
+        turned = 0.2 * mass * (ux * ux + uy * uy + uz * uz)
+        entries[ROLLING] += turned * (1.0 - keep * keep)
+        after += turned * keep * keep
+        before += 0.2 * mass * (grains[i + UX] ** 2 + grains[i + UX + 1] ** 2 + grains[i + UX + 2] ** 2)
+        mean[i + UX] = 0.5 * (grains[i + UX] + ux)
+        mean[i + UX + 1] = 0.5 * (grains[i + UX + 1] + uy)
+        mean[i + UX + 2] = 0.5 * (grains[i + UX + 2] + uz)
+        entries[KINETIC] += 0.5 * (before + after)
+        entries[KINETIC_AFTER] += after
+
+
+@jit
+def note_step(grains, period, frequency, contacts, walls, wall_contacts, constants, ledger, type_c):
+    """Before the forces of a step: evaluate all contacts."""
+    entries = ledger.entries
+    entries[SPRINGS_REMADE] -= entries[TANGENTIAL_SPRINGS] + entries[ROLLING_SPRINGS]
+    entries[KINETIC : KINETIC_AFTER + 1] = 0.0
+    for s in range(SLABS):
+        note_contacts(
+            contacts.first, contacts.second, contacts.block, contacts.common, contacts.alike[0] == 1, contacts.begin[s],
+            contacts.count[s], None, grains, period, frequency, ledger.pairs, entries, constants, type_c,
+        )  # fmt: skip
+    note_contacts(
+        wall_contacts.first, wall_contacts.second, wall_contacts.block, wall_contacts.common, False, 0, wall_contacts.count[0],
+        walls, grains, period, frequency, ledger.walls, entries, constants, type_c,
+    )  # fmt: skip
+
+
+@jit
+def book_step(grains, loads, contacts, walls, wall_contacts, gravity, dt, ledger):
+    """After the forces of a step and before anything moves: book what it does."""
+    mean, entries = np.empty_like(grains), ledger.entries
+    book_grains(grains, loads, gravity, dt, mean, entries)
+    for s in range(SLABS):
+        book_contacts(contacts.first, contacts.second, contacts.begin[s], contacts.count[s], None, mean, ledger.pairs, entries, dt)
+    book_contacts(wall_contacts.first, wall_contacts.second, 0, wall_contacts.count[0], walls, mean, ledger.walls, entries, dt)
+    for w in range(walls.kind.shape[0]):
+        for t in range(3):
+            entries[WORK_OF_WALLS] -= walls.force[w, t] * walls.velocity[w, t] * dt
+
+
+def summary(entries: np.ndarray, exchanged_j: float) -> dict[str, float]:
+    """Name -> J: the ledger's entries, `exchanged` (came and left with grains), `dissipated` (sum), `residual`."""
+    table = {name: float(value) for name, value in zip(ENTRIES, entries, strict=True) if name != "kinetic_after"}
+    held = sum(table[name] for name in ENTRIES[:KINETIC_AFTER])
+    table["dissipated"] = sum(table[name] for name in ("normal_dashpots", "sliding", "rolling"))
+    table["exchanged"] = exchanged_j
+    table["residual"] = held - (table["work_of_walls"] + exchanged_j - table["dissipated"] + table["springs_remade"])
+    return table
