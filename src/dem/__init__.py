@@ -14,6 +14,7 @@ True
 True
 """
 
+from dem.checkpoint import CheckpointError, load, save
 from dem.factory import BoxRegion, Factory, Sizes, TubeRegion
 from dem.material import Interaction, Material
 from dem.simulation import Grains, Simulation, SimulationError
@@ -24,6 +25,7 @@ __all__ = [
     "ENDLESS_M",
     "Box",
     "BoxRegion",
+    "CheckpointError",
     "Drive",
     "Factory",
     "Grains",
@@ -35,6 +37,8 @@ __all__ = [
     "Tube",
     "TubeRegion",
     "Wall",
+    "load",
     "rayleigh_time",
+    "save",
     "stable_time_step",
 ]

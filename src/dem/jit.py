@@ -38,17 +38,20 @@ os.environ.setdefault("NUMBA_SLP_VECTORIZE", "1")  # 15-20 % faster kernels; rea
 os.environ.setdefault("NUMBA_THREADING_LAYER_PRIORITY", "omp tbb workqueue")
 
 # numba reads its environment at import, so the rest of the package imports from here what it needs of numba.
+from llvmlite.binding import get_host_cpu_features, get_host_cpu_name  # noqa: E402
 from numba import config, njit, prange, set_num_threads, types  # noqa: E402
 from numba.core import cgutils  # noqa: E402
 from numba.extending import intrinsic  # noqa: E402
 
 __all__ = [
+    "DISABLED",
     "MAX_THREADS",
     "cgutils",
     "intrinsic",
     "jit",
     "parallel_jit",
     "prange",
+    "processor",
     "set_num_threads",
     "source_hash",
     "strict_jit",
@@ -56,6 +59,13 @@ __all__ = [
 ]
 
 MAX_THREADS = config.NUMBA_NUM_THREADS
+#: Whether kernels run as plain Python (NUMBA_DISABLE_JIT=1).
+DISABLED = bool(config.DISABLE_JIT)
+
+
+def processor() -> str:
+    """Name and features of the machine's processor, as numba sees it: compiled code is for this alone."""
+    return f"{get_host_cpu_name()} {get_host_cpu_features().flatten()}"
 
 
 def jit(function):

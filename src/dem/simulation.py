@@ -8,8 +8,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from dem import energy, loop, motion
+from dem import compiled, energy, loop, motion
 from dem.factory import Factory
 from dem.jit import MAX_THREADS, set_num_threads
 from dem.layout import BLOCK, BUFFER, FREE, GRAIN, HISTORY, INVERSE_MASS, LOAD, N_HISTORY, RADIUS, ROWS, UX, VX, aligned_zeros
@@ -17,7 +18,7 @@ from dem.material import DAMPING_MODELS, Interaction, Material, pair_constants, 
 from dem.neighbours import GRAINS_PER_SLAB, SLABS, cell_size, is_sound, sort_into_cells
 from dem.slabs import STRETCHES
 from dem.timestep import stable_time_step
-from dem.walls import Wall, from_arrays, to_arrays
+from dem.walls import Wall, distance_to, from_arrays, to_arrays
 
 #: Stands in for zero in m, N and rad, so that no division is by zero; its square root and square are float32 numbers too.
 TINY = 1e-18
@@ -37,6 +38,9 @@ PAIRS_PER_GRAIN, CONTACT_SHARE, WALL_PAIRS_PER_GRAIN = 5.3, 0.8, 0.5
 SORT_FROM, SORT_STEPS = 10_000, 5000
 
 NO_RECORDS = np.zeros((0, GRAIN))
+
+#: New grains may overlap by this fraction of a radius at most: more would throw them apart.
+LARGEST_OVERLAP_RATIO = 0.05
 
 #: A grain that crosses more than this fraction of its radius in one step has been thrown out by an unstable contact.
 LARGEST_STEP_RATIO = 0.2
@@ -102,8 +106,18 @@ class Simulation:
         require(damping_model in DAMPING_MODELS, "damping_model", repr(damping_model), f"one of {list(DAMPING_MODELS)}")
         require(precision in ("float32", "float64"), "precision", repr(precision), "float32 or float64")
         require(0 < smallest_radius_m < math.inf, "smallest_radius_m", smallest_radius_m, "a positive number")
+        require(np.isfinite(gravity_m_s2).all(), "gravity_m_s2", gravity_m_s2, "three finite numbers")
+        periods = np.asarray(period_m, float)
+        require(bool((np.isfinite(periods) & (periods >= 0)).all()), "period_m", period_m, "lengths, 0 where not periodic")
+        require(not math.isnan(floor_m), "floor_m", floor_m, "a height, or -inf")
         require(1 <= threads <= MAX_THREADS, "threads", threads, f"1 to {MAX_THREADS}")
         self.materials = dict(materials)
+        self._settings = {
+            "smallest_radius_m": smallest_radius_m, "gravity_m_s2": list(gravity_m_s2), "period_m": list(period_m),
+            "time_step_rayleigh_ratio": time_step_rayleigh_ratio, "rolling_model": rolling_model, "damping_model": damping_model,
+            "precision": precision, "vector_code": vector_code, "threads": threads, "floor_m": floor_m,
+            "energy_ledger": energy_ledger,
+        }  # fmt: skip
         self._damping_model = damping_model
         self._material_index = {name: k for k, name in enumerate(materials)}
         self._pair_table = np.full((len(materials) ** 2, 5), np.nan)
@@ -130,6 +144,7 @@ class Simulation:
         self.time_s = 0.0
         self.n_steps = 0
         self.n_left = 0
+        compiled.ensure(precision, threads > 1, energy_ledger)
         self.mean_wall_forces_n: dict[str, np.ndarray] = {}
         n_buffers = 1 if threads == 1 else SLABS // 2
         self._buffers = aligned_zeros(n_buffers * BUFFER * BLOCK, self._type).reshape(n_buffers, -1)
@@ -189,6 +204,7 @@ class Simulation:
 
     def move_wall(self, name: str, velocity_m_s: tuple[float, float, float]) -> None:
         """Give a wall a new prescribed velocity."""
+        require(bool(np.isfinite(velocity_m_s).all()), f"velocity of wall {name!r}", velocity_m_s, "three finite numbers")
         self._walls.velocity[self._wall_index(name)] = velocity_m_s
 
     def add_factory(self, factory: Factory) -> None:
@@ -221,26 +237,50 @@ class Simulation:
 
         Raises
         ------
-        ValueError : non-finite values, a radius below smallest_radius_m, an unknown material.
+        ValueError : non-finite values, a radius below smallest_radius_m, an unknown material, grains that overlap each other, that
+            stand in a wall, or that are below floor_m.
         """
         positions = np.atleast_2d(np.asarray(positions_m, float))
         n = len(positions)
         radii = np.broadcast_to(np.asarray(radii_m, float), n)
-        require(bool(np.isfinite(positions).all()), "positions_m", "not finite", "finite numbers")
-        require(bool(np.isfinite(radii).all()), "radii_m", "not finite", "finite numbers")
+        velocities, spins = np.asarray(velocities_m_s, float), np.asarray(angular_velocities_rad_s, float)
+        named = {"positions_m": positions, "radii_m": radii, "velocities_m_s": velocities, "angular_velocities_rad_s": spins}
+        for name, values in named.items():
+            require(bool(np.isfinite(values).all()), name, "not finite", "finite numbers")
         if n:
             least = self.smallest_radius_m * (1 - 1e-12)
             require(radii.min() >= least, "smallest radius", radii.min(), f"at least smallest_radius_m = {self.smallest_radius_m}")
         require(material in self.materials, "material of grains", repr(material), f"one of {list(self.materials)}")
+        self._check_places(positions, radii)
         record = np.zeros((n, GRAIN))
         record[:, 0:3] = positions
-        record[:, VX : VX + 3] = velocities_m_s
-        record[:, UX : UX + 3] = np.asarray(angular_velocities_rad_s, float) * radii[:, None]
+        record[:, VX : VX + 3] = velocities
+        record[:, UX : UX + 3] = spins * radii[:, None]
         mass = self.materials[material].density_kg_m3 * 4.0 / 3.0 * np.pi * radii**3
         record[:, INVERSE_MASS] = 1.0 / mass
         record[:, FREE] = 1.0
         record[:, RADIUS] = radii
         self._restructure(np.arange(self.n_grains), record, np.full(n, self._material_index[material]))
+
+    def _check_places(self, positions, radii) -> None:
+        """Refuse new grains that stand in each other, in those that are there, in a wall, or below the floor."""
+        allowed = f"at most {LARGEST_OVERLAP_RATIO} of the smaller radius"
+        everywhere = np.concatenate([self._records[:, 0:3], positions])
+        every_radius = np.concatenate([self._records[:, RADIUS], radii])
+        i, j, depth = overlaps(everywhere, every_radius, self._period)
+        new = j >= self.n_grains
+        if new.any():
+            k = int(np.argmax(np.where(new, depth / np.minimum(every_radius[i], every_radius[j]), 0.0)))
+            ratio = depth[k] / min(every_radius[i[k]], every_radius[j[k]])
+            require(ratio <= LARGEST_OVERLAP_RATIO, f"overlap of grains {i[k]} and {j[k]}", f"{ratio:.3g} of a radius", allowed)
+        for name in self.wall_names if len(positions) else ():
+            ratios = 1.0 - distance_to(self.wall(name), positions) / radii
+            k = int(np.argmax(ratios))
+            outside = f"grain {k} at {positions[k].tolist()} in wall {name!r}: its overlap"
+            require(ratios[k] <= LARGEST_OVERLAP_RATIO, outside, f"{ratios[k]:.3g} of a radius", allowed)
+        if len(positions):
+            k = int(np.argmin(positions[:, 2]))
+            require(positions[k, 2] >= self._floor, f"height of grain {k}", positions[k, 2], f"at least floor_m = {self._floor}")
 
     def glue(self, grain_indices, wall: str) -> None:
         """Fix grains to a wall: they move with it, and what pushes them pushes the wall."""
@@ -270,14 +310,15 @@ class Simulation:
         self._grains, self._material, self._ids = aligned_zeros(len(grains), float), material, ids
         self._grains[:] = grains
         self._loads = aligned_zeros(n * LOAD, self._type)
-        self._pairs, self._spare, self._contacts = self._new_lists(n, PAIRS_PER_GRAIN, CONTACT_SHARE)
-        self._wall_pairs, self._wall_spare, self._wall_contacts = self._new_lists(n, WALL_PAIRS_PER_GRAIN, 1.0)
+        capacity = int(n * PAIRS_PER_GRAIN) + 64
+        self._pairs, self._spare, self._contacts = self._new_lists(n, capacity, contact_room(n, CONTACT_SHARE * capacity))
+        capacity = int(n * WALL_PAIRS_PER_GRAIN) + 64
+        self._wall_pairs, self._wall_spare, self._wall_contacts = self._new_lists(n, capacity, contact_room(n, capacity))
         self._origin = np.zeros((n, 3))
         self._list_age = np.full(2, loop.LISTS_STALE)
 
-    def _new_lists(self, n, per_grain, contact_share):
-        """Outer list, its spare, and contacts: room for per_grain entries a grain, a share of which are contacts."""
-        capacity = int(n * per_grain) + 64
+    def _new_lists(self, n, capacity, room):
+        """Outer list, its spare, and contacts: room for so many entries and contacts."""
         lists = [
             loop.OuterList(
                 row=np.zeros((n, 2), np.int64),
@@ -288,7 +329,6 @@ class Simulation:
             )
             for _ in range(2)
         ]
-        room = (int(capacity * contact_share) // BLOCK + 2 + min(SLABS, n // GRAINS_PER_SLAB)) * BLOCK
         contacts = loop.Contacts(
             first=np.zeros(room, np.int32),
             second=np.zeros(room, np.int32),
@@ -304,17 +344,18 @@ class Simulation:
 
     def _lengthen(self, reason):
         """Give the list that was too short more room, so that the run can go on."""
-        n = max(self.n_grains, 1)
         self._list_age[0] = loop.LISTS_STALE
         if reason == loop.WALL_PAIRS_FULL:
             old = self._wall_pairs
-            lists = self._new_lists(self.n_grains, (1.5 * len(old.partner) + 64) / n, 1.0)
+            capacity = int(1.5 * len(old.partner)) + 128
+            lists = self._new_lists(self.n_grains, capacity, contact_room(self.n_grains, capacity))
             self._wall_pairs, self._wall_spare, self._wall_contacts = lists
             loop.copy_list(old, self._wall_pairs)
             return
-        old, growth = self._pairs, 1.3 if reason == loop.PAIRS_FULL else 1.0
-        share = len(self._contacts.first) / len(old.partner) * (1.0 if reason == loop.PAIRS_FULL else 1.3)
-        lists = self._new_lists(self.n_grains, (growth * len(old.partner) + 64) / n, share)
+        old, capacity, room = self._pairs, len(self._pairs.partner), len(self._contacts.first)
+        if reason == loop.PAIRS_FULL:
+            capacity = int(1.3 * capacity) + 128
+        lists = self._new_lists(self.n_grains, capacity, contact_room(self.n_grains, 1.3 * room))
         self._pairs, self._spare, self._contacts = lists
         loop.copy_list(old, self._pairs)
 
@@ -532,21 +573,39 @@ class Simulation:
 
     def largest_overlap_ratio(self) -> float:
         """Largest overlap of two grains over the smaller radius, now."""
-        i, entry = owners_and_entries(self._pairs)
-        if not len(entry):
-            return 0.0
-        j = self._pairs.partner[entry]
-        record = self._records
-        apart = record[i, 0:3] - record[j, 0:3]
-        periodic = self._period > 0
-        apart[:, periodic] -= self._period[periodic] * np.rint(apart[:, periodic] / self._period[periodic])
-        overlap = record[i, RADIUS] + record[j, RADIUS] - np.linalg.norm(apart, axis=1)
-        return float(max(0.0, (overlap / np.minimum(record[i, RADIUS], record[j, RADIUS])).max()))
+        owner, entry = owners_and_entries(self._pairs)
+        places, radii = self._records[:, 0:3], self._records[:, RADIUS]
+        i, j, depth = depths(places, radii, self._period, owner, self._pairs.partner[entry])
+        return float((depth / np.minimum(radii[i], radii[j])).max(initial=0.0))
 
     def __repr__(self):
         return (
             f"Simulation(t = {self.time_s:.4g} s, {self.n_grains} grains, walls {self.wall_names}, step {self.time_step_s:.3g} s)"
         )
+
+
+def overlaps(positions, radii, period):
+    """Pairs i < j that overlap (m,), (m,) and their overlaps in m (m,); nearest images where periodic."""
+    places = positions.copy()
+    periodic = period > 0
+    places[:, periodic] %= period[periodic]
+    pairs = cKDTree(places, boxsize=period).query_pairs(2.0 * radii.max(initial=0.0), output_type="ndarray")
+    i, j, depth = depths(positions, radii, period, *pairs.T)
+    touching = depth > 0
+    return i[touching], j[touching], depth[touching]
+
+
+def depths(positions, radii, period, i, j):
+    """Pairs i, j (m,) as given, and how deep they overlap in m (m,), negative where they do not touch."""
+    apart = positions[i] - positions[j]
+    periodic = period > 0
+    apart[:, periodic] -= period[periodic] * np.rint(apart[:, periodic] / period[periodic])
+    return i, j, radii[i] + radii[j] - np.linalg.norm(apart, axis=1)
+
+
+def contact_room(n_grains, n_contacts):
+    """Entries of whole blocks that hold so many contacts, cut into slabs."""
+    return (int(n_contacts) // BLOCK + 2 + min(SLABS, n_grains // GRAINS_PER_SLAB)) * BLOCK
 
 
 def owners_and_entries(outer):

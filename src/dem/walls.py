@@ -61,7 +61,7 @@ class Box(Wall):
     high_m: tuple[float, float, float]
 
     def __post_init__(self):
-        if any(low > high for low, high in zip(self.low_m, self.high_m, strict=True)):
+        if not all(low <= high for low, high in zip(self.low_m, self.high_m, strict=True)):
             raise ValueError(f"Box {self.name!r}: low_m {self.low_m} must not exceed high_m {self.high_m}.")
 
 
@@ -77,7 +77,7 @@ class Tube(Wall):
     def __post_init__(self):
         if not self.radius_m > 0:
             raise ValueError(f"Tube {self.name!r}: radius_m is {self.radius_m}; it must be positive.")
-        if self.bottom_m > self.top_m:
+        if not self.bottom_m <= self.top_m:
             raise ValueError(f"Tube {self.name!r}: bottom_m {self.bottom_m} must not exceed top_m {self.top_m}.")
 
 
@@ -127,6 +127,14 @@ def from_arrays(wall: Wall, arrays: WallArrays, w: int) -> Wall:
     if isinstance(wall, Box):
         return replace(wall, low_m=tuple(g[:3]), high_m=tuple(g[3:6]), velocity_m_s=velocity)
     return replace(wall, centre_m=(g[0], g[1]), bottom_m=g[2], top_m=g[5], velocity_m_s=velocity)
+
+
+def distance_to(wall: Wall, positions: np.ndarray) -> np.ndarray:
+    """Distances in m (n,) of positions (n, 3) from the nearest point of a wall."""
+    if isinstance(wall, Box):
+        return np.linalg.norm(positions - np.clip(positions, wall.low_m, wall.high_m), axis=1)
+    outwards = np.hypot(positions[:, 0] - wall.centre_m[0], positions[:, 1] - wall.centre_m[1]) - wall.radius_m
+    return np.hypot(outwards, positions[:, 2] - np.clip(positions[:, 2], wall.bottom_m, wall.top_m))
 
 
 @jit
