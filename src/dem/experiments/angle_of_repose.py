@@ -27,7 +27,9 @@ FLAT_HEIGHT_RATIO = 3.0
 class Setup:
     """Geometry and protocol. Ratios are over scale_radius_m, which is the grain radius unless the geometry is fixed.
 
-    max_time_s counts from the start of the lift.
+    max_time_s counts from the start of the lift. Frictions of None are those between grains; wall_ means plate and tube, unless
+    the tube has its own. preparation_friction_ratio multiplies the grains' frictions while the tube is filled: below 1 the
+    packing is denser, as after tamping.
     """
 
     n_particles: int
@@ -38,6 +40,8 @@ class Setup:
     scale_radius_m: float
     wall_static_friction: float | None = None
     wall_rolling_friction: float | None = None
+    tube_static_friction: float | None = None
+    preparation_friction_ratio: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -60,20 +64,23 @@ def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
     half = setup.plate_half_width_ratio * scale
     tube_radius = setup.tube_diameter_ratio * scale
     steel = soil.softened(engine.stiffness_reduction)
+    tube_friction = setup.wall_static_friction if setup.tube_static_friction is None else setup.tube_static_friction
     simulation = Simulation(
-        materials={"soil": steel, "geometry": steel},
+        materials={"soil": steel, "plate": steel, "tube": steel},
         interactions={
-            ("soil", "soil"): soil.interaction(),
-            ("soil", "geometry"): soil.interaction(setup.wall_static_friction, setup.wall_rolling_friction),
+            ("soil", "soil"): soil.prepared(setup.preparation_friction_ratio),
+            ("soil", "plate"): soil.interaction(setup.wall_static_friction, setup.wall_rolling_friction),
+            ("soil", "tube"): soil.interaction(tube_friction, setup.wall_rolling_friction),
         },
         walls=[
-            Box(name="plate", material="geometry", low_m=(-half, -half, 0.0), high_m=(half, half, 0.0)),
-            Tube(name="tube", material="geometry", radius_m=tube_radius, bottom_m=0.0, top_m=1e3 * scale),
+            Box(name="plate", material="plate", low_m=(-half, -half, 0.0), high_m=(half, half, 0.0)),
+            Tube(name="tube", material="tube", radius_m=tube_radius, bottom_m=0.0, top_m=1e3 * scale),
         ],
         gravity_m_s2=(0.0, 0.0, -engine.gravity_m_s2),
         smallest_radius_m=soil.sizes.smallest_m,
         time_step_rayleigh_ratio=engine.time_step_rayleigh_ratio,
         rolling_model=engine.rolling_model,
+        damping_model=engine.damping_model,
         precision=engine.precision,
         vector_code=engine.vector_code,
         floor_m=-2.0 * soil.sizes.largest_m,
@@ -121,6 +128,7 @@ def run(soil: Soil, setup: Setup, engine: Engine, seed: int, each: Callable[[Sim
     if simulation.n_left:
         raise SimulationError(f"{simulation.n_left} grains left the tube while it was filled")
     filled = simulation.grains
+    simulation.set_interaction("soil", "soil", soil.interaction())
 
     simulation.move_wall("tube", (0.0, 0.0, setup.lift_speed_m_s))
     start = simulation.time_s

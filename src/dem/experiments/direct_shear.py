@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dem import ENDLESS_M, Box, BoxRegion, Drive, Factory, Grains, Interaction, Simulation, SimulationError
+from dem import ENDLESS_M, Box, BoxRegion, Drive, Factory, Grains, Simulation, SimulationError
 from dem.experiments.soil import Engine, Soil
 
 LOWER = ("floor", "lower_left", "lower_right", "lower_flange")
@@ -128,6 +128,7 @@ def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
         smallest_radius_m=soil.sizes.smallest_m,
         time_step_rayleigh_ratio=engine.time_step_rayleigh_ratio,
         rolling_model=engine.rolling_model,
+        damping_model=engine.damping_model,
         precision=engine.precision,
         vector_code=engine.vector_code,
         floor_m=-2.0 * soil.sizes.largest_m,
@@ -159,7 +160,7 @@ def inertial_time(soil: Soil, setup: Setup) -> float:
 def consolidate(simulation: Simulation, soil: Soil, setup: Setup, each) -> None:
     """Let the lid press the grains together until it stands still, with the specimen's preparation friction."""
     for other in ("soil", "plate"):
-        simulation.set_interaction("soil", other, prepared(soil, setup.preparation_friction_ratio))
+        simulation.set_interaction("soil", other, soil.prepared(setup.preparation_friction_ratio))
     heights = [math.inf]
 
     def still(current):
@@ -169,11 +170,6 @@ def consolidate(simulation: Simulation, soil: Soil, setup: Setup, each) -> None:
     simulation.run(CONSOLIDATION_TIMES * inertial_time(soil, setup), until=still, each=each)
     for other in ("soil", "plate"):
         simulation.set_interaction("soil", other, soil.interaction())
-
-
-def prepared(soil: Soil, ratio: float) -> Interaction:
-    """The grains' interaction with both frictions multiplied by a ratio."""
-    return soil.interaction(ratio * soil.static_friction, ratio * soil.rolling_friction)
 
 
 def split(simulation: Simulation, setup: Setup) -> float:

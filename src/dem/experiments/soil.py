@@ -39,12 +39,17 @@ class Soil:
             rolling_friction=self.rolling_friction if rolling_friction is None else rolling_friction,
         )
 
+    def prepared(self, ratio: float) -> Interaction:
+        """Grain on grain with both frictions multiplied by a ratio, as while a specimen is prepared."""
+        return self.interaction(ratio * self.static_friction, ratio * self.rolling_friction)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Engine:
     """Numerical settings common to both experiments."""
 
     rolling_model: str = "type_a"
+    damping_model: str = "edem"
     precision: str = "float32"
     vector_code: bool = True
     gravity_m_s2: float = 9.81
