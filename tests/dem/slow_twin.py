@@ -117,12 +117,12 @@ class SlowTwin:
         key = (i, j.name if is_wall else j)
         s, theta = self.springs.get(key, (np.zeros(3), np.zeros(3)))
         s = s - (s @ n) * n + v_t * self.dt
-        viscous = damp * math.sqrt(S_t * law.m) * v_t
-        f_t = S_t * s + viscous
         limit = touch.static_friction * push
+        if S_t * np.linalg.norm(s) > limit:
+            s = s * (limit / (S_t * np.linalg.norm(s)))
+        f_t = S_t * s + damp * math.sqrt(S_t * law.m) * v_t
         if np.linalg.norm(f_t) > limit:
-            f_t *= limit / np.linalg.norm(f_t)
-            s = (f_t - viscous) / S_t
+            f_t = f_t * (limit / np.linalg.norm(f_t))
         t_i, t_j = np.cross(arm_i, -f_t), np.cross(arm_j, f_t)
         roll = touch.rolling_friction * push
         if self.type_c:

@@ -55,10 +55,9 @@ def test_the_dashpot_resists_approach():
     assert approaching > quiet
 
 
-@given(st.floats(0.0, 10.0), st.floats(0.0, 10.0), st.floats(1e-3, 1e6))
-def test_slip_never_lets_the_force_exceed_the_limit(trial, limit, stiffness):
-    factor, inverse_stiffness = mindlin.slip(trial, limit, stiffness, 1.0, 1e-30)
-    assert inverse_stiffness == pytest.approx(1 / stiffness, rel=1e-12)
+@given(st.floats(0.0, 10.0), st.floats(0.0, 10.0))
+def test_slip_never_lets_the_force_exceed_the_limit(trial, limit):
+    factor = mindlin.slip(trial, limit, 1.0, 1e-30)
     assert 0.0 <= factor <= 1.0
     assert trial * factor <= limit * (1 + 1e-12)
     if trial < limit:
