@@ -111,7 +111,13 @@ def test_a_mesh_file_has_every_corner():
 
 
 def test_the_last_thermo_row_is_read():
-    printed = ["Step Atoms KinEng top\n", "0 3 9.0 1\n", "WARNING: something\n", "  500  2  1.5e-12  0.25 \n", "Loop time of 1 on 1 procs\n"]
+    printed = [
+        "Step Atoms KinEng top\n",
+        "0 3 9.0 1\n",
+        "WARNING: something\n",
+        "  500  2  1.5e-12  0.25 \n",
+        "Loop time of 1 on 1 procs\n",
+    ]
     assert liggghts.last_thermo(printed) == {"Step": 500, "Atoms": 2, "KinEng": 1.5e-12, "top": 0.25}
 
 
@@ -212,7 +218,8 @@ def test_samples_are_read_and_become_stresses_on_the_shear_plane():
 
 
 @pytest.mark.parametrize(
-    ("model", "sense", "radius"), [("type_a", "opposite", 1), ("type_a", "same", 1), ("type_c", "opposite", 0.5), ("type_c", "same", 0)]
+    ("model", "sense", "radius"),
+    [("type_a", "opposite", 1), ("type_a", "same", 1), ("type_c", "opposite", 0.5), ("type_c", "same", 0)],
 )
 def test_the_radius_in_the_rolling_torque_is_that_of_the_law(model, sense, radius):
     assert contact.ours(model, contact.SENSES[sense]) == pytest.approx(radius, abs=1e-3)
@@ -231,16 +238,34 @@ def runs_with(means, sd=1.0):
                 mean = means[model, mu_r] if quantity != "filled height" else 10.0
                 for seed, off in enumerate((-1, 0, 0, 1)):
                     value = mean + off * sd * math.sqrt(1.5)
-                    rows.append({"test": test, "model": model, "rolling_friction": mu_r, "seed": seed, "quantity": quantity, "value": value})
+                    rows.append(
+                        {"test": test, "model": model, "rolling_friction": mu_r, "seed": seed, "quantity": quantity, "value": value}
+                    )
     exact = {(compare.PEER, "opposite"): 0.5, ("type_a", "same"): 1.0}
     for (model, sense), value in exact.items():
-        rows.append({"test": "contact", "model": model, "quantity": "radius in the rolling torque", "value": value, "status": sense, "unit": "r"})
+        rows.append(
+            {
+                "test": "contact",
+                "model": model,
+                "quantity": "radius in the rolling torque",
+                "value": value,
+                "status": sense,
+                "unit": "r",
+            }
+        )
     return pd.DataFrame(rows)
 
 
 def agreeing(**changes):
     low, high = compare.ROLLING_FRICTIONS
-    means = {("liggghts", low): 20, ("type_c", low): 20, ("liggghts", high): 30, ("type_c", high): 30, ("type_a", low): 33, ("type_a", high): 40}
+    means = {
+        ("liggghts", low): 20,
+        ("type_c", low): 20,
+        ("liggghts", high): 30,
+        ("type_c", high): 30,
+        ("type_a", low): 33,
+        ("type_a", high): 40,
+    }
     return means | changes
 
 
@@ -256,7 +281,10 @@ def test_a_mean_that_is_off_by_more_than_two_standard_errors_fails():
     low, _ = compare.ROLLING_FRICTIONS
     error = math.sqrt(1 / 4 + 1 / 4)
     assert failed(agreeing() | {("type_c", low): 20 + 1.9 * error}) == []
-    assert {quantity for _, quantity in failed(agreeing() | {("type_c", low): 20 + 2.1 * error})} == {"angle of repose", "shear strength"}
+    assert {quantity for _, quantity in failed(agreeing() | {("type_c", low): 20 + 2.1 * error})} == {
+        "angle of repose",
+        "shear strength",
+    }
 
 
 def test_type_a_no_stronger_than_epsd2_fails():

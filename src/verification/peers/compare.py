@@ -101,7 +101,9 @@ def contact_values(model: str, sense: str, folder: Path) -> dict[str, float]:
 def jobs(seeds) -> list[tuple]:
     """(test, model, rolling friction, seed or sense) of every run, the longest first."""
     models = (PEER, "type_c", "type_a")
-    tests = [(test, model, mu_r, seed) for test in ("heap", "shear") for model in models for mu_r in ROLLING_FRICTIONS for seed in seeds]
+    tests = [
+        (test, model, mu_r, seed) for test in ("heap", "shear") for model in models for mu_r in ROLLING_FRICTIONS for seed in seeds
+    ]
     return tests + [("contact", model, contact.ROLLING_FRICTION, sense) for model in models for sense in contact.SENSES]
 
 

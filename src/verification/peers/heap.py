@@ -27,7 +27,9 @@ SKIN_RATIO = 0.2
 LOOK_STEPS = 2000
 
 
-def input_lines(folder: Path, soil: Soil, setup: angle_of_repose.Setup, engine: Engine, start: Grains, time_step_s: float) -> list[str]:
+def input_lines(
+    folder: Path, soil: Soil, setup: angle_of_repose.Setup, engine: Engine, start: Grains, time_step_s: float
+) -> list[str]:
     """Input of one heap up to the standing tube; writes the files that it names into the folder."""
     half, scale = setup.plate_half_width_ratio * setup.scale_radius_m, setup.scale_radius_m
     tube_top = float(start.positions_m[:, 2].max()) + 4.0 * scale

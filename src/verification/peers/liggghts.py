@@ -77,8 +77,8 @@ def header_lines(boundary: str, data: Path, skin_m: float) -> list[str]:
     ]  # fmt: skip
 
 
-def data_text(title, box_m, n_types, positions_m, radii_m, densities_kg_m3, spins_rad_s=None, velocities_m_s=None) -> str:
-    """Data file of n grains of type 1.
+def data_text(title, box_m, n_types, positions_m, radii_m, densities_kg_m3, spins_rad_s=None, velocities_m_s=None, note="") -> str:
+    """Data file of n grains of type 1, as LIGGGHTS reads it; LAMMPS needs the note "  # sphere".
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def data_text(title, box_m, n_types, positions_m, radii_m, densities_kg_m3, spin
     n = len(radii_m)
     lines = [title, "", f"{n} atoms", f"{n_types} atom types", ""]
     lines += [f"{low:.9g} {high:.9g} {a}lo {a}hi" for a, (low, high) in zip("xyz", box_m, strict=True)]
-    lines += ["", "Atoms", ""]
+    lines += ["", f"Atoms{note}", ""]
     densities = np.broadcast_to(densities_kg_m3, n)
     for k, ((x, y, z), r, rho) in enumerate(zip(positions_m, radii_m, densities, strict=True), 1):
         lines.append(f"{k} 1 {2 * r:.17g} {rho:.9g} {x:.17g} {y:.17g} {z:.17g}")
