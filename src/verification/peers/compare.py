@@ -49,8 +49,8 @@ HEAP = angle_of_repose.Setup(
 #: G = 2.5 MPa: as soft as LIGGGHTS allows, all but a fifth.
 HEAP_ENGINE = Engine(stiffness_reduction=20.0, time_step_rayleigh_ratio=0.4)
 SHEAR = direct_shear.Setup(
-    length_ratio=44.0,
-    height_ratio=24.0,
+    length_ratio=60.0,
+    height_ratio=32.0,
     width_ratio=5.0,
     displacement_ratio=9.0,
     normal_stress_pa=1000.0,

@@ -52,7 +52,10 @@ def meshes(specimen: Specimen, setup: direct_shear.Setup, ends_m: tuple[float, f
     across = (0.0, setup.width_m, 0.0)
 
     def wall(x0, z0, x1, z1):
-        return rectangle((x0, 0.0, z0), (x1 - x0, 0.0, z1 - z0), across)
+        # NOTE: LIGGGHTS stops ("assertion failed") at some long triangles, so a wall is a row of near squares.
+        along = np.array([x1 - x0, 0.0, z1 - z0])
+        n = math.ceil(np.linalg.norm(along) / setup.width_m)
+        return np.concatenate([rectangle((x0, 0.0, z0) + along * (k / n), along / n, across) for k in range(n)])
 
     return {
         "floor": wall(0.0, 0.0, length, 0.0),
