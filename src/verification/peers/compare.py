@@ -218,8 +218,9 @@ def equal_check(table: pd.DataFrame, quantity: str, mu_r: float) -> Check:
 def definition_checks(table: pd.DataFrame, quantity: str, low: float, high: float) -> list[Check]:
     """Type A is stronger at the same number mu_r, and nearer to epsd2 with twice the number."""
     ours, same, doubled = table.loc[(quantity, "type_a", low)], table.loc[(quantity, PEER, low)], table.loc[(quantity, PEER, high)]
-    gap, error = ours["mean"] - same["mean"], standard_error(ours, same)
-    left, left_error = ours["mean"] - doubled["mean"], standard_error(ours, doubled)
+    gap, left = ours["mean"] - same["mean"], ours["mean"] - doubled["mean"]
+    # Type A's mean is in both gaps, so its error is not in their difference.
+    closed_error = standard_error(same, doubled)
     case = f"type A, mu_r {low}, against epsd2"
     return [
         Check(
@@ -228,7 +229,7 @@ def definition_checks(table: pd.DataFrame, quantity: str, low: float, high: floa
             quantity=f"{quantity}, type A minus epsd2",
             unit=UNITS[quantity],
             source=SOURCE,
-            expected=2.0 * error,
+            expected=2.0 * standard_error(ours, same),
             obtained=gap,
             relation="at least",
             note=f"the same number means twice the torque in type A; {spread(ours, same)}",
@@ -239,9 +240,9 @@ def definition_checks(table: pd.DataFrame, quantity: str, low: float, high: floa
             quantity=f"{quantity}, type A minus epsd2, size",
             unit=UNITS[quantity],
             source=SOURCE,
-            expected=gap - 2.0 * max(error, left_error),
+            expected=gap - 2.0 * closed_error,
             obtained=abs(left),
             relation="at most",
-            note=f"equal torque; what is left comes from own against relative spin; {spread(ours, doubled)}",
+            note=f"equal largest torque; type A brakes grains that turn alike, and twisting, too; {spread(ours, doubled)}",
         ),
     ]
