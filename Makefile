@@ -59,6 +59,9 @@ bench-quick: setup  ## speed of the engine alone, in under 45 s
 bench-scale: setup  ## cost per grain from 3000 to 300 000 grains; one large simulation on several threads
 	$(BIN)/python benchmarks/scale.py
 
+verify-peers: setup  ## heap, shear test and rolling contact beside LIGGGHTS (apt-get install liggghts)
+	$(BIN)/python -m verification.peers --cores $(CORES)
+
 lock: setup  ## resolve the newest versions of all dependencies into requirements.lock
 	$(BIN)/pip install --quiet pip-tools
 	$(BIN)/pip-compile --quiet --upgrade --extra dev --allow-unsafe --no-header --no-annotate --no-emit-index-url --no-emit-find-links \
@@ -67,4 +70,4 @@ lock: setup  ## resolve the newest versions of all dependencies into requirement
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## */\1\t/' | expand -t 12
 
-.PHONY: campaign setup test lint format smoke paper reference twin paper-optima bench bench-quick bench-scale lock help
+.PHONY: campaign setup test lint format smoke paper reference twin paper-optima bench bench-quick bench-scale verify-peers lock help

@@ -6,7 +6,6 @@ jolt at first. Each state is tuned by trying several neighbour skins and keeping
 """
 
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -15,11 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
+from verification.peers import liggghts
+
 STEPS = 1000
 SETTLE_STEPS = 8000
 TUNE_WINDOWS = 2
 SKINS = (0.1, 0.2, 0.4)  # in grain radii
-LOOP_TIME = re.compile(r"Loop time of ([\d.e+-]+) on .*? for (\d+) steps with (\d+) atoms")
 
 
 class Peer:
@@ -72,7 +72,7 @@ class Peer:
         seen = []
         for line in process.stdout:
             seen.append(line)
-            if found := LOOP_TIME.match(line):
+            if found := liggghts.LOOP_TIME.match(line):
                 seconds, steps, atoms = found.groups()
                 return int(steps) * int(atoms) / float(seconds) / 1e6
         raise RuntimeError(f"{self.name} printed no loop time:\n{''.join(seen[-40:])}")
@@ -86,8 +86,8 @@ class Peer:
         return (self.setup.plate_half_width_ratio + 4.0) * self.setup.scale_radius_m
 
     def young_modulus(self) -> float:
-        """E = 2 G (1 + nu) in Pa."""
-        return 2.0 * self.soil.shear_modulus_pa * (1.0 + self.soil.poisson_ratio)
+        """E in Pa."""
+        return liggghts.young_modulus(self.soil.shear_modulus_pa, self.soil.poisson_ratio)
 
     def tube_radius(self) -> float:
         """Inner radius of the tube in m."""
@@ -95,25 +95,27 @@ class Peer:
 
     def write_grains(self, state: str, simulation) -> None:
         """Write the data file: places and velocities."""
-        grains = simulation.grains
-        n, half = len(grains), self.half_box()
+        grains, half = simulation.grains, self.half_box()
         top = 1.2 * grains.positions_m[:, 2].max() + 10 * self.soil.radius_m
-        lines = [f"grains of '{state}'", "", f"{n} atoms", "2 atom types", ""]
-        lines += [f"{-half:.9g} {half:.9g} {a}lo {a}hi" for a in "xy"]
-        lines += [f"{-4 * self.soil.radius_m:.9g} {top:.9g} zlo zhi", "", f"Atoms{self.atoms_note}", ""]
-        for k, ((x, y, z), r) in enumerate(zip(grains.positions_m, grains.radii_m, strict=True), 1):
-            lines.append(f"{k} 1 {2 * r:.17g} {self.soil.density_kg_m3:.9g} {x:.17g} {y:.17g} {z:.17g}")
-        lines += ["", "Velocities", ""]
-        for k, (v, w) in enumerate(zip(grains.velocities_m_s, grains.angular_velocities_rad_s, strict=True), 1):
-            lines.append(" ".join([str(k), *(f"{value:.17g}" for value in (*v, *w))]))
-        self.path(state, "data").write_text("\n".join(lines) + "\n")
+        text = liggghts.data_text(
+            f"grains of '{state}'",
+            [(-half, half), (-half, half), (-4 * self.soil.radius_m, top)],
+            2,
+            grains.positions_m,
+            grains.radii_m,
+            self.soil.density_kg_m3,
+            grains.angular_velocities_rad_s,
+            grains.velocities_m_s,
+            self.atoms_note,
+        )
+        self.path(state, "data").write_text(text)
 
 
 class Liggghts(Peer):
     """LIGGGHTS-PUBLIC: hertz, tangential history, rolling friction epsd2; the tube is a mesh."""
 
-    name = "LIGGGHTS"
-    how_to_install = "apt-get install liggghts"
+    name = liggghts.NAME
+    how_to_install = liggghts.HOW_TO_INSTALL
     atoms_note = ""
 
     def missing(self) -> bool:
@@ -126,39 +128,37 @@ class Liggghts(Peer):
 
     def version(self) -> str:
         """As Debian's package says."""
-        query = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "liggghts"], capture_output=True, text=True)
-        return query.stdout or "unknown"
+        return liggghts.version()
 
     def write_input(self, state: str, skin_m: float, simulation) -> None:
         """Write the input file, and the tube's mesh."""
-        soil, model = self.soil, "model hertz tangential history rolling_friction epsd2"
+        soil, model = self.soil, liggghts.MODEL
         heap = state == "heap at rest"
         speed = self.setup.lift_speed_m_s if state == "tube lifted" else 0.0
-        write_tube_mesh(self.path(state, "stl"), self.tube_radius(), simulation.wall("tube").bottom_m, 4 * self.tube_radius())
-        four = " ".join
-
-        def pairs(value):
-            return four([f"{value:.9g}"] * 4)
-
+        mesh = liggghts.tube(self.tube_radius(), simulation.wall("tube").bottom_m, 4 * self.tube_radius())
+        self.path(state, "stl").write_text(liggghts.mesh_text(mesh))
         tube = [
             f"fix tube all mesh/surface file {self.path(state, 'stl')} type 2",
             f"fix lift all move/mesh mesh tube linear 0. 0. {speed:.9g}" if speed else "",
             f"fix wall all wall/gran {model} mesh n_meshes 1 meshes tube",
         ]
+        alike = np.ones((2, 2))
         lines = [
-            "atom_style granular", "atom_modify map array", "boundary m m m", "newton off", "communicate single vel yes",
-            "units si", f"read_data {self.path(state, 'data')}", f"neighbor {skin_m:.9g} bin", "neigh_modify delay 0",
-            f"fix m1 all property/global youngsModulus peratomtype {self.young_modulus():.9g} {self.young_modulus():.9g}",
-            f"fix m2 all property/global poissonsRatio peratomtype {soil.poisson_ratio} {soil.poisson_ratio}",
-            f"fix m3 all property/global coefficientRestitution peratomtypepair 2 {pairs(soil.restitution)}",
-            f"fix m4 all property/global coefficientFriction peratomtypepair 2 {pairs(soil.static_friction)}",
-            f"fix m5 all property/global coefficientRollingFriction peratomtypepair 2 {pairs(soil.rolling_friction)}",
-            f"pair_style gran {model}", "pair_coeff * *", f"timestep {simulation.time_step_s:.9g}",
+            *liggghts.header_lines("m m m", self.path(state, "data"), skin_m),
+            *liggghts.material_lines(
+                soil.shear_modulus_pa,
+                soil.poisson_ratio,
+                soil.restitution,
+                soil.static_friction * alike,
+                soil.rolling_friction * alike,
+            ),
+            f"timestep {simulation.time_step_s:.9g}",
             "fix gravity all gravity 9.81 vector 0.0 0.0 -1.0",
             f"fix plate all wall/gran {model} primitive type 2 zplane 0.0",
             *([] if heap else tube),
-            "fix motion all nve/sphere", "thermo 100000",
-        ]  # fmt: skip
+            "fix motion all nve/sphere",
+            "thermo 100000",
+        ]
         self.path(state, "in").write_text("\n".join(lines) + "\n")
 
 
@@ -210,18 +210,3 @@ class Lammps(Peer):
             "fix motion all nve/sphere", "thermo 100000",
         ]  # fmt: skip
         self.path(state, "in").write_text("\n".join(lines) + "\n")
-
-
-def write_tube_mesh(path: Path, radius_m: float, bottom_m: float, height_m: float, n_facets: int = 60) -> None:
-    """Write an open upright tube as an ASCII STL of 2 n_facets triangles, none of which cuts into the round tube."""
-    angle = np.linspace(0, 2 * np.pi, n_facets + 1)
-    corner = radius_m / np.cos(np.pi / n_facets)
-    ring = np.column_stack([corner * np.cos(angle), corner * np.sin(angle)])
-    lines = ["solid tube"]
-    for (x0, y0), (x1, y1) in zip(ring[:-1], ring[1:], strict=True):
-        low, high = bottom_m, bottom_m + height_m
-        for corners in (((x0, y0, low), (x1, y1, low), (x1, y1, high)), ((x0, y0, low), (x1, y1, high), (x0, y0, high))):
-            lines += ["facet normal 0 0 0", "outer loop"]
-            lines += ["vertex " + " ".join(f"{c:.9e}" for c in corner) for corner in corners]
-            lines += ["endloop", "endfacet"]
-    path.write_text("\n".join([*lines, "endsolid tube"]) + "\n")
