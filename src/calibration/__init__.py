@@ -11,7 +11,7 @@ from calibration.optimise import calibrate
 from calibration.refine import propose, settled
 from calibration.screening import screening_table
 from calibration.sensitivity import sobol_table
-from calibration.soil import measure_soil
+from calibration.soil import laboratory_files, measure_soil
 from calibration.space import Space
 from calibration.surrogate import Surrogate, published
 from calibration.twin import coverage_table, twin_soil, twin_table
@@ -36,6 +36,7 @@ __all__ = [
     "further",
     "gauss_newton",
     "identifiability",
+    "laboratory_files",
     "likelihood_of",
     "measure_soil",
     "posterior_table",

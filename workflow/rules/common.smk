@@ -9,6 +9,7 @@ from _study import (
     experiment_settings,
     fingerprint,
     proposed_simulations,
+    raw_files,
     simulations,
     soil_files,
 )

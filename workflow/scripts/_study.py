@@ -10,7 +10,7 @@ import yaml
 from snakemake.exceptions import WorkflowError
 
 from _tables import read_table
-from calibration import CalibrationError, measure_soil
+from calibration import CalibrationError, laboratory_files, measure_soil
 from calibration.design import expand
 from calibration.errors import demand
 
@@ -132,6 +132,14 @@ def soil_files(config: dict) -> list[str]:
             known = ", ".join(sorted(path.stem for path in folder.glob("*.yaml")))
             raise WorkflowError(f"soils: there is no config/soils/{soil}.yaml; existing soils: {known}.")
     return [f"config/soils/{soil}.yaml" for soil in config["soils"]]
+
+
+def raw_files(soils: list[str]) -> list[str]:
+    """The laboratory files that soil files name, so that a change in one measures its soil again."""
+    try:
+        return [path.as_posix() for soil in soils for path in laboratory_files(soil)]
+    except CalibrationError as error:
+        raise WorkflowError(str(error)) from None
 
 
 def check_soils(config: dict) -> None:
