@@ -3,6 +3,7 @@
 from calibration.checks import acceleration_table, reachability_table
 from calibration.design import expand, further
 from calibration.errors import CalibrationError
+from calibration.first_answer import cases_of, first_answer, first_answer_text
 from calibration.gauss_newton import gauss_newton
 from calibration.gaussian_process import GaussianProcess
 from calibration.models import fit_all, from_json, space_of, to_json
@@ -25,12 +26,15 @@ __all__ = [
     "Surrogate",
     "acceleration_table",
     "calibrate",
+    "cases_of",
     "comparison_table",
     "conclusion",
     "coverage_table",
     "equivalents",
     "expand",
     "fit_all",
+    "first_answer",
+    "first_answer_text",
     "fit_line",
     "from_json",
     "further",

@@ -98,6 +98,8 @@ def test_a_finished_campaign_has_every_table_and_nothing_left_to_do(finished):
     assert (results / "surrogates.json").stat().st_size > 0
     assert "</html>" in (results / "report.html").read_text()
     assert planned(finished) == {}
+    # what the first answer is asked for is no part of the study
+    assert "Nothing to be done" in snakemake(finished, "-n", "all", "--config", "soil=lunar_regolith").stdout
 
 
 def test_the_smoke_campaign_behaves_like_soil(finished):

@@ -8,6 +8,7 @@ from _study import (
     check_soils,
     experiment_settings,
     fingerprint,
+    first_answer_soils,
     proposed_simulations,
     raw_files,
     simulations,
@@ -16,6 +17,8 @@ from _study import (
 from _provenance import versions
 
 check_config(config)
+# what --config soil=... asks for is no part of the study, so that it makes nothing run again
+FIRST_ANSWERS = first_answer_soils(config.pop("soil", None), config)
 check_soils(config)
 
 RESULTS = f"results/{config['study']}"
@@ -35,6 +38,7 @@ INFERENCE = fingerprint("src/calibration")
 wildcard_constraints:
     simulation="[0-9a-f]{10}",
     round=r"\d+",
+    soil=r"[\w-]+",
     # where a stage's tables lie below results/<study>; the campaign's lie right there
     stage=r"|/rounds/\d+|/verification",
 
@@ -42,6 +46,7 @@ wildcard_constraints:
 localrules:
     all,
     design,
+    first_answer,
     measure_soils,
 
 

@@ -3,6 +3,7 @@
 import ast
 import hashlib
 import math
+import re
 from pathlib import Path
 
 import jsonschema
@@ -16,6 +17,8 @@ from calibration.errors import demand
 
 ROOT = Path(__file__).resolve().parents[2]
 
+#: A soil's name is part of the paths of its results.
+SOIL_NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 #: What each experiment's setup takes over from its part of the configuration.
 PROTOCOL = {
     "repose": (
@@ -132,6 +135,20 @@ def soil_files(config: dict) -> list[str]:
             known = ", ".join(sorted(path.stem for path in folder.glob("*.yaml")))
             raise WorkflowError(f"soils: there is no config/soils/{soil}.yaml; existing soils: {known}.")
     return [f"config/soils/{soil}.yaml" for soil in config["soils"]]
+
+
+def first_answer_soils(soil: str | None, config: dict) -> dict[str, str]:
+    """Name -> soil file of what rule first_answer calibrates: one soil by its name or its file, or all soils of the study."""
+    if soil is None:
+        return dict(zip(config["soils"], soil_files(config), strict=True))
+    if Path(soil).suffix not in (".yaml", ".yml"):
+        return {soil: soil_files({"soils": [soil]})[0]}
+    if not Path(soil).is_file():
+        raise WorkflowError(f"soil: there is no file {soil}; allowed: a soil file (.yaml), or a name in config/soils.")
+    name = Path(soil).stem
+    if not re.fullmatch(SOIL_NAME, name):
+        raise WorkflowError(f"soil: the file's name is {name!r}; allowed: letters, digits, - and _, as it names the result.")
+    return {name: soil}
 
 
 def raw_files(soils: list[str]) -> list[str]:
