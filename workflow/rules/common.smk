@@ -15,6 +15,7 @@ from _study import (
     soil_files,
 )
 from _provenance import versions
+from exports import PROGRAMS
 
 check_config(config)
 # what --config soil=... asks for is no part of the study, so that it makes nothing run again
@@ -34,11 +35,20 @@ ENGINE = fingerprint("src/dem", without="src/dem/measure")
 ESTIMATORS = fingerprint("src/dem/measure")
 INFERENCE = fingerprint("src/calibration")
 
+# Python's fingerprints do not see the templates; they and the card's schema are input files.
+CASES = [case["case"] for case in config["optimise"]["cases"]]
+EXPORT_FILES = [name for name, _ in PROGRAMS.values()]
+EXPORT_TEMPLATES = [
+    "src/exports/material.schema.json",
+    *(f"src/exports/templates/{name}.j2" for name in EXPORT_FILES),
+]
+
 
 wildcard_constraints:
     simulation="[0-9a-f]{10}",
     round=r"\d+",
     soil=r"[\w-]+",
+    case=r"[\w-]+",
     # where a stage's tables lie below results/<study>; the campaign's lie right there
     stage=r"|/rounds/\d+|/verification",
 
