@@ -110,6 +110,13 @@ def test_the_program_brakes_a_grain_on_a_wall_as_hard_as_virtual_soil(make_card,
     )  # sliding and rolling, arms r and r - d
 
 
+@needs_liggghts
+@pytest.mark.parametrize("shear_modulus_pa", [1e6, 1e10])
+def test_liggghts_takes_very_soft_and_very_hard_grains(make_card, tmp_path, shear_modulus_pa):
+    largest, _ = torques("LIGGGHTS", tmp_path, make_card(material={"shear_modulus_pa": shear_modulus_pa}))
+    assert largest == pytest.approx(MU_R * BETWEEN * RADIUS * shear_modulus_pa / 5e7, rel=1e-6)
+
+
 @needs_lammps
 def test_lammps_dashpot_is_virtual_soils(make_card, tmp_path):
     """Force on two grains that approach each other, and on two that slide along each other, before any spring is wound up."""
