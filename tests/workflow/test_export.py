@@ -17,7 +17,9 @@ REFERENCE = ROOT / "docs" / "reference"
 
 @pytest.mark.parametrize("case", ["sand", "regolith", "regolith_low_repose_weight"])
 def test_a_case_gets_its_card_and_input_for_every_program(tmp_path, case):
-    files = SimpleNamespace(calibration=str(REFERENCE / "calibration.parquet"), verification=str(REFERENCE / "verification.parquet"))
+    files = SimpleNamespace(
+        calibration=str(REFERENCE / "calibration.parquet"), verification=str(REFERENCE / "verification.parquet")
+    )
     provenance = {"engine": "a", "inference": "b", "export": "c", "versions": {}}
     config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
     export.main(case, files, SimpleNamespace(config=config, provenance=provenance), tmp_path / case)
