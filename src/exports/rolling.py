@@ -72,7 +72,7 @@ def differences(model: str, program: str) -> list[str]:
             "The laws differ all the same: type A also brakes grains that turn together as one rigid body or about the normal, and",
             "acts at its limit as soon as a grain turns; the other acts through a spring that first has to be wound up.",
             "Heaps come out flatter with relative laws: docs/guides/exports.md of virtual-soil has an example. A study with",
-            "engine.rolling_model: type_c calibrates a law of this kind itself. Between unequal spheres each pair has its own factor.",
+            "engine.rolling_model: type_c calibrates a law of this kind itself. Unequal spheres: a factor for each pair.",
         ]
     if program == "EDEM":
         return ["The laws differ all the same: EDEM's brakes every spin, also of grains that turn together; it has no spring."]
