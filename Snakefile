@@ -19,6 +19,8 @@ include: "workflow/rules/refine.smk"
 include: "workflow/rules/verify.smk"
 include: "workflow/rules/checks.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/export.smk"
+include: "workflow/rules/first_answer.smk"
 
 
 rule all:
@@ -26,3 +28,4 @@ rule all:
     input:
         f"{RESULTS}/report.html",
         f"{RESULTS}/calibration.parquet",
+        expand(f"{RESULTS}/export/{{case}}/material.json", case=CASES),

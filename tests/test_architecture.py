@@ -24,7 +24,11 @@ def imported(path):
 
 @pytest.mark.parametrize(
     ("package", "forbidden"),
-    [("dem", {"calibration", "snakemake", "pandas", "pyarrow", "yaml"}), ("calibration", {"dem", "numba", "snakemake"})],
+    [
+        ("dem", {"calibration", "snakemake", "pandas", "pyarrow", "yaml"}),
+        ("calibration", {"dem", "numba", "snakemake"}),
+        ("exports", {"dem", "calibration", "numba", "snakemake"}),
+    ],
 )
 def test_packages_know_only_what_lies_below_them(package, forbidden):
     files = list((SRC / package).rglob("*.py"))

@@ -3,6 +3,7 @@
 from calibration.checks import acceleration_table, reachability_table
 from calibration.design import expand, further
 from calibration.errors import CalibrationError
+from calibration.first_answer import cases_of, first_answer, first_answer_text
 from calibration.gauss_newton import gauss_newton
 from calibration.gaussian_process import GaussianProcess
 from calibration.models import fit_all, from_json, space_of, to_json
@@ -11,7 +12,7 @@ from calibration.optimise import calibrate
 from calibration.refine import propose, settled
 from calibration.screening import screening_table
 from calibration.sensitivity import sobol_table
-from calibration.soil import measure_soil
+from calibration.soil import laboratory_files, measure_soil
 from calibration.space import Space
 from calibration.surrogate import Surrogate, published
 from calibration.twin import coverage_table, twin_soil, twin_table
@@ -25,17 +26,21 @@ __all__ = [
     "Surrogate",
     "acceleration_table",
     "calibrate",
+    "cases_of",
     "comparison_table",
     "conclusion",
     "coverage_table",
     "equivalents",
     "expand",
     "fit_all",
+    "first_answer",
+    "first_answer_text",
     "fit_line",
     "from_json",
     "further",
     "gauss_newton",
     "identifiability",
+    "laboratory_files",
     "likelihood_of",
     "measure_soil",
     "posterior_table",

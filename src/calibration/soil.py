@@ -1,9 +1,10 @@
-"""Step 1: what is known of a real soil, as values with a source or from raw laboratory CSV files.
+"""Step 1: what is known of a real soil, as values with a source or from raw laboratory files.
 
 A soil file (YAML) gives each of cohesion_pa, friction_angle_deg and angle_of_repose_deg as {value, source,
-standard_uncertainty}; or, in place of the first two, direct_shear_csv: {file, shear_area_m2, strength, source} with the columns
-normal_stress_pa, displacement_m, force_n and test (a number per test); or, in place of the last, repose_csv: {file, source} with
-the column angle_of_repose_deg. Files are looked for beside the soil file.
+standard_uncertainty}; or, in place of the first two, direct_shear_csv: {file, shear_area_m2, strength, source} with columns for
+test (a number or name per test), normal stress, displacement and force; or, in place of the last, repose_csv: {file, source} with
+a column for the angle of repose. Both may have `columns` (quantity: the file's own header) and `decimal`; see
+`calibration.laboratory` for what is understood without. Files are looked for beside the soil file.
 """
 
 from pathlib import Path
@@ -13,7 +14,8 @@ import pandas as pd
 import yaml
 
 from calibration.errors import CalibrationError, demand
-from calibration.mohr_coulomb import fit_line
+from calibration.laboratory import Readings, read_laboratory
+from calibration.mohr_coulomb import StrengthLine, fit_line
 
 #: property -> (key in the soil file, unit, largest value; the smallest is 0)
 PROPERTIES = {
@@ -21,7 +23,14 @@ PROPERTIES = {
     "friction_angle": ("friction_angle_deg", "deg", 90.0),
     "angle_of_repose": ("angle_of_repose_deg", "deg", 90.0),
 }
-KEYS = {key for key, _, _ in PROPERTIES.values()} | {"direct_shear_csv", "repose_csv"}
+#: laboratory files in a soil file -> keys of their entry
+FILES = {
+    "direct_shear_csv": {"file", "shear_area_m2", "strength", "source", "columns", "decimal"},
+    "repose_csv": {"file", "source", "columns", "decimal"},
+}
+KEYS = {key for key, _, _ in PROPERTIES.values()} | set(FILES)
+#: Stresses in a shear box; beyond them a unit or a sign is wrong.
+STRESSES_PA = (1e-3, 1e9)
 #: The plateau of a laboratory shear curve is the mean over this last fraction of its displacement.
 PLATEAU_FRACTION = 0.2
 
@@ -32,10 +41,7 @@ def measure_soil(path: str | Path) -> pd.DataFrame:
     Raises CalibrationError naming file, key and value when something is missing, unknown or impossible.
     """
     path = Path(path)
-    content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    demand(isinstance(content, dict), f"{path}", type(content).__name__, f"a mapping with keys of {sorted(KEYS)}")
-    unknown = set(content) - KEYS
-    demand(not unknown, f"{path}: keys {sorted(unknown)}", "unknown", f"{sorted(KEYS)}")
+    content = soil_content(path)
     rows = []
     if "direct_shear_csv" in content:
         rows += from_shear_tests(path, content["direct_shear_csv"])
@@ -53,6 +59,20 @@ def measure_soil(path: str | Path) -> pd.DataFrame:
     for row in rows:
         check_range(path, row)
     return table
+
+
+def soil_content(path: Path) -> dict:
+    """What a soil file says, its keys checked."""
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise CalibrationError(f"{path}: cannot be read ({error.strerror}).") from error
+    except (yaml.YAMLError, ValueError) as error:
+        raise CalibrationError(f"{path}: not a YAML file ({' '.join(str(error).split())}).") from error
+    demand(isinstance(content, dict), f"{path}", type(content).__name__, f"a mapping with keys of {sorted(KEYS)}")
+    unknown = sorted(str(key) for key in content if key not in KEYS)
+    demand(not unknown, f"{path}: keys {unknown}", "unknown", f"{sorted(KEYS)}")
+    return content
 
 
 def check_range(path: Path, row: dict) -> None:
@@ -79,56 +99,70 @@ def from_value(path: Path, name: str, key: str, entry) -> dict:
     demand(isinstance(entry, dict) and set(entry) <= allowed, f"{path}: {key}", entry, f"a mapping with keys of {sorted(allowed)}")
     for required in ("value", "source"):
         demand(required in entry, f"{path}: {key}.{required}", "missing", "a value with its source")
-    demand(isinstance(entry["value"], int | float), f"{path}: {key}.value", repr(entry["value"]), "a number")
+    demand(is_number(entry["value"]), f"{path}: {key}.value", repr(entry["value"]), "a number")
+    demand(isinstance(entry["source"], str), f"{path}: {key}.source", repr(entry["source"]), "a text")
+    uncertainty = entry.get("standard_uncertainty")
+    ok = uncertainty is None or is_number(uncertainty)
+    demand(ok, f"{path}: {key}.standard_uncertainty", repr(uncertainty), "a number")
     return {
         "property": name,
         "value": float(entry["value"]),
-        "standard_uncertainty": float(entry.get("standard_uncertainty", np.nan)),
+        "standard_uncertainty": np.nan if uncertainty is None else float(uncertainty),
         "source": entry["source"],
         "method": "value",
     }
 
 
-def read_csv(soil: Path, key: str, entry, columns: list[str]) -> pd.DataFrame:
-    """A laboratory CSV beside the soil file, with the columns that are needed, all of them finite numbers."""
-    demand(isinstance(entry, dict) and "file" in entry, f"{soil}: {key}", entry, "a mapping with the key file")
+def laboratory_files(path: str | Path) -> list[Path]:
+    """The laboratory files that a soil file names. Raises CalibrationError for a soil file that cannot be read."""
+    path = Path(path)
+    content = soil_content(path)
+    return [laboratory_path(path, key, content[key]) for key in FILES if key in content]
+
+
+def laboratory_path(soil: Path, key: str, entry) -> Path:
+    """The laboratory file of one entry; it lies beside the soil file or below."""
+    known = FILES[key]
+    ok = isinstance(entry, dict) and isinstance(entry.get("file"), str) and set(entry) <= known
+    demand(ok, f"{soil}: {key}", repr(entry), f"a mapping with the key file and others of {sorted(known)}")
+    demand("\0" not in entry["file"], f"{soil}: {key}.file", repr(entry["file"]), "a file beside the soil file")
     path = soil.parent / entry["file"]
-    demand(
-        path.resolve().is_relative_to(soil.parent.resolve()),
-        f"{soil}: {key}.file",
-        entry["file"],
-        "a file beside the soil file",
-    )
-    try:
-        table = pd.read_csv(path, comment="#")
-    except (OSError, ValueError) as error:
-        raise CalibrationError(f"{path}: cannot be read as CSV ({error}).") from error
-    for column in columns:
-        demand(column in table, f"{path}: column {column}", "missing", f"columns {columns}")
-        values = pd.to_numeric(table[column], errors="coerce")
-        bad = np.flatnonzero(~np.isfinite(values))
-        if len(bad):
-            raise CalibrationError(
-                f"{path}: column {column} holds {table[column].iloc[bad[0]]!r} in row {bad[0] + 1}; allowed: a number."
-            )
-        table[column] = values
-    return table
+    inside = path.resolve().is_relative_to(soil.parent.resolve())
+    demand(inside, f"{soil}: {key}.file", entry["file"], "a file beside the soil file")
+    return path
+
+
+def readings(soil: Path, key: str, entry, quantities: tuple[str, ...]) -> Readings:
+    """The readings in a laboratory file."""
+    path = laboratory_path(soil, key, entry)
+    demand(isinstance(entry.get("source", ""), str), f"{soil}: {key}.source", repr(entry.get("source")), "a text")
+    return read_laboratory(path, quantities, entry.get("columns"), entry.get("decimal"), f"{soil}: {key}")
 
 
 def from_shear_tests(soil: Path, entry) -> list[dict]:
     """Cohesion and friction angle from force against displacement at several loads."""
-    table = read_csv(soil, "direct_shear_csv", entry, ["test", "normal_stress_pa", "displacement_m", "force_n"])
+    found = readings(soil, "direct_shear_csv", entry, ("test", "normal_stress", "displacement", "force"))
     area, kind = entry.get("shear_area_m2"), entry.get("strength", "peak")
-    demand(isinstance(area, int | float) and area > 0, f"{soil}: direct_shear_csv.shear_area_m2", area, "a positive number")
+    demand(is_number(area) and area > 0, f"{soil}: direct_shear_csv.shear_area_m2", area, "a positive number")
     demand(kind in ("peak", "plateau"), f"{soil}: direct_shear_csv.strength", repr(kind), "peak or plateau")
-    stresses, strengths = [], []
-    for _, test in table.groupby("test"):
-        end = test["displacement_m"].max()
-        chosen = test if kind == "peak" else test[test["displacement_m"] >= (1 - PLATEAU_FRACTION) * end]
-        strengths.append((chosen["force_n"].max() if kind == "peak" else chosen["force_n"].mean()) / area)
-        stresses.append(test["normal_stress_pa"].mean())
-    line = fit_line(np.array(stresses), np.array(strengths))
-    shared = {"source": entry.get("source", entry["file"]), "method": f"direct shear, {len(stresses)} tests, {kind}"}
+    box, stresses, strengths = soil.parent / entry["file"], [], []
+    for name, test in found.table.groupby("test", sort=False):
+        begin, end = test["displacement_m"].min(), test["displacement_m"].max()
+        chosen = test if kind == "peak" else test[test["displacement_m"] >= end - PLATEAU_FRACTION * (end - begin)]
+        with np.errstate(over="ignore"):
+            strength = float(chosen["force_n"].max() if kind == "peak" else chosen["force_n"].mean()) / area
+            stress = float(test["normal_stress_pa"].mean())
+        for what, value in (("normal stress", stress), (f"{kind} shear strength", strength)):
+            least, largest = STRESSES_PA
+            where, allowed = f"{box}: {what} of test {name!r}", f"{least:g} to {largest:g} Pa; see units and signs"
+            demand(least <= value <= largest, where, f"{value:g} Pa", allowed)
+        stresses.append(stress)
+        strengths.append(strength)
+    line = strength_line(box, np.array(stresses), np.array(strengths))
+    shared = {
+        "source": entry.get("source", entry["file"]),
+        "method": f"direct shear, {len(stresses)} tests, {kind}{skipped(found)}",
+    }
     return [
         {"property": "cohesion", "value": line.cohesion_pa, "standard_uncertainty": line.cohesion_se_pa, **shared},
         {
@@ -140,10 +174,43 @@ def from_shear_tests(soil: Path, entry) -> list[dict]:
     ]
 
 
+def strength_line(box: Path, stresses: np.ndarray, strengths: np.ndarray) -> StrengthLine:
+    """The Mohr-Coulomb line of a file's tests; refused where they do not determine one."""
+    try:
+        with np.errstate(all="ignore"):
+            line = fit_line(stresses, strengths)
+    except CalibrationError as error:
+        raise CalibrationError(f"{box}: {error}") from None
+    except (np.linalg.LinAlgError, ZeroDivisionError):
+        line = None
+    known = line is not None and np.isfinite([line.cohesion_pa, line.cohesion_se_pa, line.friction_angle_se_deg]).all()
+    allowed = "stresses and strengths that differ clearly between the tests"
+    demand(
+        bool(known),
+        f"{box}: (normal stress, strength) in Pa",
+        list(zip(stresses.tolist(), strengths.tolist(), strict=True)),
+        allowed,
+    )
+    return line
+
+
+def skipped(found: Readings) -> str:
+    """How many rows a method did without, for its description."""
+    return f", {found.n_skipped} empty rows skipped" if found.n_skipped else ""
+
+
+def is_number(value) -> bool:
+    """Whether a value from YAML is a finite number."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(float(value)))
+
+
 def from_heaps(soil: Path, entry) -> list[dict]:
     """Angle of repose from several heaps: mean and its standard error."""
-    angles = read_csv(soil, "repose_csv", entry, ["angle_of_repose_deg"])["angle_of_repose_deg"].to_numpy()
-    demand(len(angles) > 0, f"{soil}: repose_csv", "empty", "at least one heap")
+    found = readings(soil, "repose_csv", entry, ("angle_of_repose",))
+    angles = found.table["angle_of_repose_deg"].to_numpy()
+    wrong = angles[(angles <= 0) | (angles >= 90)]
+    where = f"{soil.parent / entry['file']}: angle of repose"
+    demand(not len(wrong), where, f"{wrong[0] if len(wrong) else 0:g} deg", "above 0 and below 90 deg")
     error = angles.std(ddof=1) / np.sqrt(len(angles)) if len(angles) > 1 else np.nan
     return [
         {
@@ -151,6 +218,6 @@ def from_heaps(soil: Path, entry) -> list[dict]:
             "value": float(angles.mean()),
             "standard_uncertainty": float(error),
             "source": entry.get("source", entry["file"]),
-            "method": f"mean of {len(angles)} heaps",
+            "method": f"mean of {len(angles)} heaps{skipped(found)}",
         }
     ]

@@ -1,9 +1,13 @@
 """Step 1: soils from values and from laboratory files."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from calibration import CalibrationError, measure_soil
+from calibration import CalibrationError, laboratory_files, measure_soil
+
+EXAMPLE = Path(__file__).parents[2] / "config/soils/example/example.yaml"
 
 VALUES = """
 cohesion_pa: {value: 24.0, source: book}
@@ -56,7 +60,7 @@ def test_a_dry_sands_intercept_may_lie_below_zero_by_its_own_error_but_not_by_mo
 
     row = sheared(offset=100.0, scatter=60.0)
     assert -2 * row["standard_uncertainty"] < row["value"] < 0
-    with pytest.raises(CalibrationError, match="cohesion_pa is -4.*within two standard errors of zero"):
+    with pytest.raises(CalibrationError, match="cohesion_pa is -3.*within two standard errors of zero"):
         sheared(offset=400.0, scatter=20.0)
 
 
@@ -77,8 +81,47 @@ def test_an_impossible_soil_is_refused_with_key_value_and_what_is_allowed(tmp_pa
         measure_soil(write(tmp_path, text))
 
 
-def test_a_bad_number_in_a_laboratory_file_is_named_with_its_row(tmp_path):
+def test_a_bad_number_in_a_laboratory_file_is_named_with_its_line(tmp_path):
     write(tmp_path, "angle_of_repose_deg\n29.0\n31;0\n", "heaps.csv")
     text = VALUES.replace("angle_of_repose_deg:", "# ") + "repose_csv: {file: heaps.csv}\n"
-    with pytest.raises(CalibrationError, match=r"heaps.csv: column angle_of_repose_deg holds '31;0' in row 2"):
+    with pytest.raises(CalibrationError, match=r"heaps.csv, line 3, column 'angle_of_repose_deg': '31;0'"):
         measure_soil(write(tmp_path, text))
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        ([(1e3, 1e3), (2e3, 1e3), (3e3, 1e3)], r"shear.csv: \(normal stress, strength\) in Pa is .* differ clearly"),
+        ([(1e5, 1.0), (1e5 + 1e-5, 2.0), (1e5 + 2e-5, 3.0)], r"shear.csv: \(normal stress, strength\) in Pa is .* differ clearly"),
+        ([(1e3, 1e3), (2e3, 2e3)], "shear.csv: number of distinct normal stresses is 2; allowed: at least 3"),
+        (
+            [(1e3, -1e3), (2e3, -2e3), (3e3, -3e3)],
+            "shear.csv: peak shear strength of test '0' is -1000 Pa; allowed: .* units and signs",
+        ),
+        ([(1e12, 1e3), (2e3, 2e3), (3e3, 3e3)], "shear.csv: normal stress of test '0' is 1e"),
+    ],
+)
+def test_shear_tests_that_make_no_line_are_refused(tmp_path, points, message):
+    rows = [f"{k},{p!r},{x},{f!r}" for k, (p, f) in enumerate(points) for x in (0.0, 1.0)]
+    write(tmp_path, "\n".join(["test,normal_stress_pa,displacement_m,force_n", *rows]), "shear.csv")
+    text = "direct_shear_csv: {file: shear.csv, shear_area_m2: 1.0}\nangle_of_repose_deg: {value: 30.0, source: book}\n"
+    with pytest.raises(CalibrationError, match=message):
+        measure_soil(write(tmp_path, text))
+
+
+def test_skipped_rows_are_counted_in_the_method(tmp_path):
+    write(tmp_path, "Angle of repose [deg];note\n29,5;dry\n;\n30,5;dry\n", "heaps.csv")
+    text = VALUES.replace("angle_of_repose_deg:", "# ") + "repose_csv: {file: heaps.csv}\n"
+    row = measure_soil(write(tmp_path, text)).set_index("property").loc["angle_of_repose"]
+    assert row["value"] == 30.0
+    assert row["method"] == "mean of 2 heaps, 1 empty rows skipped"
+
+
+def test_the_example_is_read_and_says_that_it_is_synthetic():
+    table = measure_soil(EXAMPLE).set_index("property")
+    assert [path.name for path in laboratory_files(EXAMPLE)] == ["shear_box.csv"]
+    assert table["source"].str.contains("synthetic").all()
+    assert (
+        abs(table.loc["cohesion", "value"] - 800.0) < 2 * table.loc["cohesion", "standard_uncertainty"]
+    )  # it was made with 800 Pa
+    assert table.loc["friction_angle", "value"] == pytest.approx(34.0, abs=1.5)

@@ -97,7 +97,12 @@ def test_a_finished_campaign_has_every_table_and_nothing_left_to_do(finished):
         assert len(pd.read_parquet(results / f"{name}.parquet")) > 0, name
     assert (results / "surrogates.json").stat().st_size > 0
     assert "</html>" in (results / "report.html").read_text()
+    cases = set(pd.read_parquet(results / "calibration.parquet")["case"])
+    assert {path.name for path in (results / "export").iterdir()} == cases
+    assert all((results / "export" / case / "material.json").stat().st_size > 0 for case in cases)
     assert planned(finished) == {}
+    # what the first answer is asked for is no part of the study
+    assert "Nothing to be done" in snakemake(finished, "-n", "all", "--config", "soil=lunar_regolith").stdout
 
 
 def test_the_smoke_campaign_behaves_like_soil(finished):
@@ -144,7 +149,7 @@ def test_a_changed_estimator_measures_again_but_simulates_nothing(project):
 
 
 # What follows a calibration; the simulations of a round are planned when its points are known.
-AFTER_CALIBRATION = {"calibrate", "refinement_design", "report", "all"}
+AFTER_CALIBRATION = {"calibrate", "refinement_design", "export", "report", "all"}
 AFTER_FIT = {"fit_surrogates", "reachability", "calibrate_as_published", *AFTER_CALIBRATION}
 
 
@@ -162,7 +167,7 @@ LATER = {
         ("shear.strength", "peak", {"strength", "measure_soils", *AFTER_FIT}),
         ("surrogate.angle_of_repose.g", "quadratic", AFTER_FIT),
         ("optimise.n_starts", 4, {"calibrate_as_published", *AFTER_CALIBRATION}),
-        ("verify.repose_seeds", [101, 102, 103], {"verification_design", "report", "all"}),
+        ("verify.repose_seeds", [101, 102, 103], {"verification_design", "export", "report", "all"}),
     ],
 )
 def test_a_changed_choice_is_run_again_from_there_only(project, path, value, rules):

@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from _tables import SCHEMAS, TableError, check_table, load_schema, read_provenance, read_table, write_table
+from _tables import SCHEMAS, TableError, check_table, empty_table, load_schema, read_provenance, read_table, write_table
 
 GRAINS = pd.DataFrame({"x_m": [0.0], "y_m": [0.0], "z_m": [1e-3], "radius_m": [1e-3]})
 
@@ -49,3 +49,9 @@ def test_every_schema_describes_its_columns():
         for column, rule in load_schema(path.stem).items():
             assert rule["meaning"], (path.stem, column)
             assert rule["type"] in ("string", "integer", "number", "boolean"), (path.stem, column)
+
+
+def test_a_table_without_rows_obeys_its_schema(tmp_path):
+    for path in SCHEMAS.glob("*.yaml"):
+        write_table(empty_table(path.stem), str(tmp_path / "empty.parquet"), path.stem, {})
+        assert len(read_table(str(tmp_path / "empty.parquet"), path.stem)) == 0

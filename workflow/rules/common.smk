@@ -8,13 +8,18 @@ from _study import (
     check_soils,
     experiment_settings,
     fingerprint,
+    first_answer_soils,
     proposed_simulations,
+    raw_files,
     simulations,
     soil_files,
 )
 from _provenance import versions
+from exports import PROGRAMS
 
 check_config(config)
+# what --config soil=... asks for is no part of the study, so that it makes nothing run again
+FIRST_ANSWERS = first_answer_soils(config.pop("soil", None), config)
 check_soils(config)
 
 RESULTS = f"results/{config['study']}"
@@ -30,10 +35,20 @@ ENGINE = fingerprint("src/dem", without="src/dem/measure")
 ESTIMATORS = fingerprint("src/dem/measure")
 INFERENCE = fingerprint("src/calibration")
 
+# Python's fingerprints do not see the templates; they and the card's schema are input files.
+CASES = [case["case"] for case in config["optimise"]["cases"]]
+EXPORT_FILES = [name for name, _ in PROGRAMS.values()]
+EXPORT_TEMPLATES = [
+    "src/exports/material.schema.json",
+    *(f"src/exports/templates/{name}.j2" for name in EXPORT_FILES),
+]
+
 
 wildcard_constraints:
     simulation="[0-9a-f]{10}",
     round=r"\d+",
+    soil=r"[\w-]+",
+    case=r"[\w-]+",
     # where a stage's tables lie below results/<study>; the campaign's lie right there
     stage=r"|/rounds/\d+|/verification",
 
@@ -41,6 +56,7 @@ wildcard_constraints:
 localrules:
     all,
     design,
+    first_answer,
     measure_soils,
 
 

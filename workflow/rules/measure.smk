@@ -4,6 +4,7 @@
 rule measure_soils:
     input:
         soils=soil_files(config),
+        raw=raw_files(soil_files(config)),
         repose=[f"{RESULTS}/repose.parquet"] if config["twins"] else [],
         strength=[f"{RESULTS}/strength.parquet"] if config["twins"] else [],
     output:

@@ -3,6 +3,7 @@
 import ast
 import hashlib
 import math
+import re
 from pathlib import Path
 
 import jsonschema
@@ -10,12 +11,14 @@ import yaml
 from snakemake.exceptions import WorkflowError
 
 from _tables import read_table
-from calibration import CalibrationError, measure_soil
+from calibration import CalibrationError, laboratory_files, measure_soil
 from calibration.design import expand
 from calibration.errors import demand
 
 ROOT = Path(__file__).resolve().parents[2]
 
+#: A soil's name is part of the paths of its results.
+SOIL_NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 #: What each experiment's setup takes over from its part of the configuration.
 PROTOCOL = {
     "repose": (
@@ -133,6 +136,28 @@ def soil_files(config: dict) -> list[str]:
             known = ", ".join(sorted(path.stem for path in folder.glob("*.yaml")))
             raise WorkflowError(f"soils: there is no config/soils/{soil}.yaml; existing soils: {known}.")
     return [f"config/soils/{soil}.yaml" for soil in config["soils"]]
+
+
+def first_answer_soils(soil: str | None, config: dict) -> dict[str, str]:
+    """Name -> soil file of what rule first_answer calibrates: one soil by its name or its file, or all soils of the study."""
+    if soil is None:
+        return dict(zip(config["soils"], soil_files(config), strict=True))
+    if Path(soil).suffix not in (".yaml", ".yml"):
+        return {soil: soil_files({"soils": [soil]})[0]}
+    if not Path(soil).is_file():
+        raise WorkflowError(f"soil: there is no file {soil}; allowed: a soil file (.yaml), or a name in config/soils.")
+    name = Path(soil).stem
+    if not re.fullmatch(SOIL_NAME, name):
+        raise WorkflowError(f"soil: the file's name is {name!r}; allowed: letters, digits, - and _, as it names the result.")
+    return {name: soil}
+
+
+def raw_files(soils: list[str]) -> list[str]:
+    """The laboratory files that soil files name, so that a change in one measures its soil again."""
+    try:
+        return [path.as_posix() for soil in soils for path in laboratory_files(soil)]
+    except CalibrationError as error:
+        raise WorkflowError(str(error)) from None
 
 
 def check_soils(config: dict) -> None:

@@ -1,0 +1,137 @@
+"""The material card: everything about one calibrated soil that a reader needs in order to use it, and to doubt it.
+
+A dict that obeys material.schema.json: parameters with 95 % intervals, what the surrogates predict, whether simulations confirmed
+it, the contact model in words and equations, how it was simulated, and where it comes from. Missing numbers are null.
+"""
+
+import hashlib
+import json
+import math
+from pathlib import Path
+
+import jsonschema
+
+#: property of the grains -> (unit, meaning)
+PARAMETERS = {
+    "radius_m": ("m", "mean grain radius"),
+    "radius_sd_ratio": ("1", "standard deviation of the radii over their mean"),
+    "density_kg_m3": ("kg/m3", "density of the grains' solid"),
+    "poisson_ratio": ("1", "Poisson's ratio of the grains' solid"),
+    "shear_modulus_pa": ("Pa", "shear modulus of the grains' solid"),
+    "static_friction": ("1", "coefficient of static friction between grains"),
+    "rolling_friction": ("1", "coefficient of rolling friction between grains; see models.rolling for its definition"),
+    "restitution": ("1", "coefficient of restitution"),
+}
+RESPONSES = {"cohesion": ("cohesion_pa", "Pa"), "friction_angle": ("friction_angle_deg", "deg"),
+             "angle_of_repose": ("angle_of_repose_deg", "deg")}  # fmt: skip
+PAIR = "E* = E/2/(1 - nu^2), E = 2 G (1 + nu); G* = G/2/(2 - nu); 1/R* = 1/R_1 + 1/R_2; 1/m* = 1/m_1 + 1/m_2"
+MODELS = {
+    "normal": {
+        "words": "Hertz spring with the dashpot of EDEM's Hertz-Mindlin model; it may pull for a moment at separation.",
+        "equation": "F_n = 4/3 E* sqrt(R*) d^(3/2) + 2 sqrt(5/6) b sqrt(S_n m*) d', S_n = 2 E* sqrt(R* d), "
+        f"b = -ln e / sqrt(ln^2 e + pi^2), d overlap, d' its rate; {PAIR}",
+    },
+    "tangential": {
+        "words": "Mindlin spring with history (no slip), dashpot, Coulomb limit.",
+        "equation": "F_t = S_t s + 2 sqrt(5/6) b sqrt(S_t m*) s', S_t = 8 G* sqrt(R* d), |F_t| <= mu_s F_n; s elongation",
+    },
+    "type_a": {
+        "words": "Type A, as EDEM's standard rolling friction: every contact brakes each of its grains against the grain's own "
+        "spin. The torque may stop a spin within a time step but never reverses it.",
+        "equation": "M_i = -mu_r F_n R_i w_i / |w_i|",
+    },
+    "type_c": {
+        "words": "Type C, elastic-plastic (Ai, Chen, Rotter, Ooi 2011, without viscous part): a rolling spring between two grains.",
+        "equation": "M = k_r theta, k_r = S_t R*^2, |M| <= mu_r F_n R*",
+    },
+}
+SCHEMA = json.loads(Path(__file__).with_name("material.schema.json").read_text(encoding="utf-8"))
+
+
+def material_card(optimum: dict, verification: list[dict], config: dict, provenance: dict) -> dict:
+    """The card of one case.
+
+    Parameters
+    ----------
+    optimum : the case's row of the calibration table. verification : its rows of the verification table. config : the study's.
+    provenance : fingerprints (engine, inference, export) and versions.
+    """
+    variables = config["design"]["variables"]
+    material = {**config["material"], **{name: optimum[name] for name in variables}}
+    card = {
+        "format": "virtual-soil material card",
+        "format_version": 1,
+        "study": config["study"],
+        "case": optimum["case"],
+        "soil": optimum["soil"],
+        "parameters": {
+            name: {
+                "value": material[name],
+                "unit": unit,
+                "meaning": meaning,
+                "calibrated": name in variables,
+                **interval(optimum, name),
+            }
+            for name, (unit, meaning) in PARAMETERS.items()
+        },
+        "walls": {
+            name: material[name] if config["repose"][f"wall_{name}"] is None else config["repose"][f"wall_{name}"]
+            for name in ("static_friction", "rolling_friction")
+        },
+        "responses": {
+            column: {
+                "unit": unit,
+                "target": optimum[f"target_{column}"],
+                "predicted": optimum[column],
+                **interval(optimum, column),
+            }
+            for column, unit in RESPONSES.values()
+        },
+        "verification": {
+            "verdict": optimum["verified"],
+            "missed": names(optimum["missed"]),
+            "extrapolated": names(optimum["extrapolated"]),
+            "simulations": [
+                {key: row[key] for key in ("response", "unit", "target", "predicted", "predicted_se", "simulated", "simulated_se",
+                                           "n_seeds", "agrees")}
+                for row in verification
+            ],
+        },
+        "models": {"normal": MODELS["normal"], "tangential": MODELS["tangential"],
+                   "rolling": {"type": config["engine"]["rolling_model"], **MODELS[config["engine"]["rolling_model"]]}},
+        "simulated_with": {**config["fidelity"]["campaign"], "n_particles": config["repose"]["n_particles"],
+                           "gravity_m_s2": config["engine"]["gravity_m_s2"]},
+        "provenance": {"config_sha256": config_hash(config), **provenance},
+    }  # fmt: skip
+    return check_card(without_nan(card))
+
+
+def interval(row: dict, name: str) -> dict:
+    """The 95 % interval of a column; null where there is none."""
+    return {side: row.get(f"{name}_{side}") for side in ("low_95", "high_95")}
+
+
+def names(text: str) -> list[str]:
+    """The names in a comma-separated text."""
+    return [name for name in text.split(",") if name]
+
+
+def config_hash(config: dict) -> str:
+    """SHA-256 of the configuration, whatever the order of its keys."""
+    return hashlib.sha256(json.dumps(config, sort_keys=True).encode()).hexdigest()
+
+
+def without_nan(value):
+    """The same with plain numbers, and None in place of numbers that are missing."""
+    if isinstance(value, dict):
+        return {key: without_nan(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [without_nan(item) for item in value]
+    value = value.item() if hasattr(value, "item") else value
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def check_card(card: dict) -> dict:
+    """Return a card that obeys material.schema.json; raise jsonschema.ValidationError, which names key, value and rule."""
+    jsonschema.Draft202012Validator(SCHEMA).validate(card)
+    return card

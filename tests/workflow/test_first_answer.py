@@ -1,0 +1,90 @@
+"""The first answer: a soil calibrated on the reference tables, without any simulation."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from _tables import read_provenance, read_table
+from calibration import cases_of
+from calibration.surrogate import RESPONSES
+
+ROOT = Path(__file__).parents[2]
+REFERENCE = ROOT / "docs" / "reference"
+VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
+
+
+def snakemake(folder: Path, *arguments: str) -> str:
+    """Output of snakemake with this Snakefile, its results in another folder."""
+    for name in ("config", "docs"):
+        if not (folder / name).exists():
+            (folder / name).symlink_to(ROOT / name)
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile"), "--directory", str(folder), *arguments]
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+    result = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+    return result.stdout + result.stderr
+
+
+@pytest.fixture(scope="module")
+def answered(tmp_path_factory):
+    """Folder and printed text of the first answers for all soils of the default study."""
+    folder = tmp_path_factory.mktemp("first_answer")
+    return folder, snakemake(folder, "-c2", "first_answer")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("soil", "n_cases"), [("silica_barco_sand", 1), ("lunar_regolith", 2)])
+def test_it_is_the_reference_campaigns_own_answer(answered, soil, n_cases):
+    folder, _ = answered
+    table = read_table(str(folder / f"results/first_answer/{soil}.parquet"), "first_answer").set_index("case")
+    reference = pd.read_parquet(REFERENCE / "calibration.parquet").query("surrogate == 'ours'").set_index("case").loc[table.index]
+    assert len(table) == n_cases
+    weights = [f"weight_{name}" for name in (*RESPONSES, "radius")]
+    assert table[weights].to_numpy() == pytest.approx(reference[weights].to_numpy())
+    for name in VARIABLES:
+        assert table[name].to_numpy() == pytest.approx(reference[name].to_numpy(), rel=1e-3)
+        for end in ("low", "high"):
+            column = f"{name}_{end}_95"
+            assert table[column].to_numpy() == pytest.approx(reference[column].to_numpy(), rel=0.05), column
+        assert (table[f"{name}_low_95"] < table[f"{name}_high_95"]).all()
+
+
+@pytest.mark.slow
+def test_it_says_what_it_rests_on_and_what_is_out_of_reach(answered):
+    folder, text = answered
+    assert text.count("No simulation was run for it. A campaign at your own settings has to confirm it.") == 2
+    assert "cohesion          NO, nearest" in text
+    path = str(folder / "results/first_answer/lunar_regolith.parquet")
+    table = read_table(path, "first_answer")
+    assert set(table["out_of_reach"]) == {"cohesion"}
+    assert set(table["verified"]) == {"not simulated"}
+    assert table["basis"].str.contains("reference tables").all()
+    assert read_provenance(path)["design"]["variables"] == VARIABLES
+
+
+def test_it_simulates_nothing_and_takes_a_soil_by_name_or_by_file(tmp_path):
+    for soil in ("lunar_regolith", "config/soils/example/example.yaml"):
+        plan = snakemake(tmp_path, "-n", "first_answer", "--config", f"soil={soil}")
+        jobs = plan.split("Job stats:")[1].split("total")[0].split()[4:]
+        assert jobs == ["estimate_from_reference", "1", "first_answer", "1"], plan
+
+
+@pytest.mark.parametrize(
+    ("soil", "message"),
+    [
+        ("green_cheese", "there is no config/soils/green_cheese.yaml; existing soils: lunar_regolith, silica_barco_sand"),
+        ("no/such.yaml", "soil: there is no file no/such.yaml; allowed: a soil file (.yaml), or a name in config/soils"),
+        ("3", "soil: 3 is not of type 'string'"),
+    ],
+)
+def test_an_unknown_soil_is_refused(tmp_path, soil, message):
+    assert message in snakemake(tmp_path, "-n", "first_answer", "--config", f"soil={soil}")
+
+
+def test_a_soil_without_a_case_has_equal_weights():
+    cases = [{"case": "a", "soil": "sand", "weights": [1, 2, 3, 4]}]
+    assert cases_of("sand", cases) == cases
+    assert cases_of("clay", cases) == [{"case": "clay", "soil": "clay", "weights": [0.25] * 4}]

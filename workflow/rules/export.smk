@@ -1,0 +1,25 @@
+# What others can use: a material card and input for other DEM programs, a folder for each case.
+
+
+rule export:
+    input:
+        calibration=f"{RESULTS}/calibration.parquet",
+        verification=f"{RESULTS}/verification.parquet",
+        templates=EXPORT_TEMPLATES,
+    output:
+        card=f"{RESULTS}/export/{{case}}/material.json",
+        inputs=[f"{RESULTS}/export/{{case}}/{name}" for name in EXPORT_FILES],
+    log:
+        f"{LOGS}/export/{{case}}.log",
+    params:
+        config=config,
+        provenance={
+            "engine": ENGINE,
+            "inference": INFERENCE,
+            "export": fingerprint("src/exports"),
+            "versions": versions(),
+        },
+    message:
+        "Write the material card of {wildcards.case} and its input for other DEM programs."
+    script:
+        "../scripts/export.py"

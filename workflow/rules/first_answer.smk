@@ -1,0 +1,38 @@
+# A first answer in seconds, without any simulation: on the tables of docs/reference, for one soil (--config soil=...) or the study's.
+
+REFERENCE = "docs/reference"
+
+
+rule estimate_from_reference:
+    input:
+        surrogates=f"{REFERENCE}/surrogates.json",
+        calibration=f"{REFERENCE}/calibration.parquet",
+        verification=f"{REFERENCE}/verification.parquet",
+        repose=f"{REFERENCE}/repose.parquet",
+        strength=f"{REFERENCE}/strength.parquet",
+        soil=lambda wildcards: FIRST_ANSWERS[wildcards.soil],
+        raw=lambda wildcards: raw_files([FIRST_ANSWERS[wildcards.soil]]),
+    output:
+        table="results/first_answer/{soil}.parquet",
+        text="results/first_answer/{soil}.txt",
+    log:
+        "logs/first_answer/{soil}.log",
+    params:
+        optimise=config["optimise"],
+        uncertainty=config["uncertainty"],
+        inference=INFERENCE,
+    message:
+        "Calibrate {wildcards.soil} on the reference tables, without any simulation."
+    script:
+        "../scripts/estimate_from_reference.py"
+
+
+rule first_answer:
+    input:
+        expand("results/first_answer/{soil}.txt", soil=FIRST_ANSWERS),
+    log:
+        "logs/first_answer/print.log",
+    message:
+        "Print the first answers; their tables are in results/first_answer."
+    shell:
+        "cat {input} 2> {log}"

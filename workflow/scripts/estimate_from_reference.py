@@ -1,0 +1,28 @@
+"""Adapt rule `estimate_from_reference` to `calibration.first_answer`."""
+
+from pathlib import Path
+
+from threadpoolctl import threadpool_limits
+
+from _log import log_to
+from _tables import read_provenance, read_table, write_table
+from calibration import cases_of, first_answer, first_answer_text, from_json, measure_soil
+
+
+def main(files, params, output, provenance):
+    # the reference's own design and material: the study's may differ
+    design, material = read_provenance(files.calibration)["design"], read_provenance(files.verification)["material"]
+    text = Path(files.surrogates).read_text(encoding="utf-8")
+    tables = {name: read_table(files[name], name) for name in ("repose", "strength")}
+    soils = measure_soil(files.soil)
+    cases = cases_of(soils["soil"].iloc[0], params.optimise["cases"])
+    settings = {"design": design, "cases": cases, "optimise": params.optimise, "uncertainty": params.uncertainty}
+    table, reach = first_answer(from_json(text), from_json(text, "gaussian_process"), tables, soils, settings)
+    write_table(table, output.table, "first_answer", {**provenance, "design": design, "material": material})
+    Path(output.text).write_text(first_answer_text(table, reach, soils, design, material), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    with threadpool_limits(1):  # the same sums, so the same samples, on any number of cores
+        main(snakemake.input, snakemake.params, snakemake.output, {"rule": snakemake.rule, **dict(snakemake.params.items())})

@@ -1,0 +1,25 @@
+"""Adapt rule `export` to `exports.material_card` and `exports.inputs`."""
+
+import json
+from pathlib import Path
+
+import exports
+from _log import log_to
+from _tables import read_table
+
+
+def main(case, files, params, folder):
+    calibration, verification = read_table(files.calibration, "calibration"), read_table(files.verification, "verification")
+    (optimum,) = calibration[(calibration["case"] == case) & (calibration["surrogate"] == "ours")].to_dict("records")
+    simulated = verification[verification["case"] == case].to_dict("records")
+    card = exports.material_card(optimum, simulated, params.config, params.provenance)
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "material.json").write_text(json.dumps(card, indent=2) + "\n", encoding="utf-8")
+    for name, text in exports.inputs(card).items():
+        (folder / name).write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    main(snakemake.wildcards.case, snakemake.input, snakemake.params, Path(snakemake.output.card).parent)
