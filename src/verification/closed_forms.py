@@ -16,9 +16,9 @@ y_s, and y = 0 again after s = pi / w with w = sqrt(1 - beta^2). So, with a = as
 import math
 from dataclasses import dataclass
 
-import dem
 from scipy.special import gamma
 
+import dem
 from verification.scene import mass_kg
 
 #: Duration of an elastic impact over delta_max / v: 2 times the integral of (1 - x^(5/2))^(-1/2) from 0 to 1.
@@ -41,7 +41,7 @@ class Impact:
 
     @property
     def stiffness(self) -> float:
-        """k in N m^(-3/2)."""
+        """Stiffness k in N m^(-3/2)."""
         return 4.0 / 3.0 * self.modulus_pa * math.sqrt(self.radius_m)
 
     @property

@@ -2,9 +2,9 @@
 
 from functools import partial
 
-import dem
 import numpy as np
 
+import dem
 from verification import closed_forms
 from verification.check import Check
 from verification.scene import ALUMINIUM, ALUMINIUM_OXIDE, FLOOR, GLASS, record, scene

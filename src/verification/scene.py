@@ -3,8 +3,9 @@
 import math
 from dataclasses import dataclass
 
-import dem
 import numpy as np
+
+import dem
 
 
 def elastic(density_kg_m3: float, young_modulus_pa: float, poisson_ratio: float) -> dem.Material:
