@@ -47,6 +47,9 @@ reference: paper  ## the paper's exact fidelity again, and its tables and report
 twin: setup  ## a hidden soil simulated, forgotten and calibrated at full size: is it found again?
 	$(BIN)/snakemake -c$(CORES) all --configfile config/twin.yaml
 
+verify: setup  ## the engine beside published and closed-form results: docs/verification.md
+	$(BIN)/snakemake -c$(CORES) verification
+
 paper-optima: setup  ## every minimum of the published surrogates beside those that the paper prints
 	$(BIN)/python -m calibration.paper_optima
 
@@ -67,4 +70,4 @@ lock: setup  ## resolve the newest versions of all dependencies into requirement
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## */\1\t/' | expand -t 12
 
-.PHONY: campaign setup test lint format smoke paper reference twin paper-optima bench bench-quick bench-scale lock help
+.PHONY: campaign setup test lint format smoke paper reference twin verify paper-optima bench bench-quick bench-scale lock help

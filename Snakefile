@@ -19,6 +19,7 @@ include: "workflow/rules/refine.smk"
 include: "workflow/rules/verify.smk"
 include: "workflow/rules/checks.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/verification.smk"
 
 
 rule all:

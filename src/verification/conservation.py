@@ -11,7 +11,6 @@ from functools import partial
 import numpy as np
 
 import dem
-
 from verification import closed_forms
 from verification.check import Check
 from verification.scene import ALUMINIUM, SOFT, mass_kg, record, scene
@@ -89,9 +88,7 @@ def angular_momentum_of_a_pair(model: str) -> Check:
     """Two equal frictionless spheres meet head-on, the first spins across the line of centres; with rolling resistance mu_r."""
     r, v, e, mu_r, spin, steps = 0.1, 0.2, 0.5, 0.1, 20.0, 5000
     impact = closed_forms.of_spheres(ALUMINIUM, r, r, v, e)
-    simulation = scene(
-        ALUMINIUM, r, impact.duration_s / steps, restitution=e, rolling_friction=mu_r, rolling_model=model
-    )
+    simulation = scene(ALUMINIUM, r, impact.duration_s / steps, restitution=e, rolling_friction=mu_r, rolling_model=model)
     simulation.add_grains(
         [(-r, 0, 0), (r, 0, 0)], r, "grain", velocities_m_s=[(v / 2, 0, 0), (-v / 2, 0, 0)],
         angular_velocities_rad_s=[(0, 0, spin), (0, 0, 0)],

@@ -8,8 +8,6 @@ Frames: the same cloud at rest and in a moving frame, turned, or shifted through
 state up to rounding, which collisions magnify: by the way between two collisions over the radius, each time.
 """
 
-from functools import partial
-
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
@@ -86,9 +84,7 @@ def fly(shift_m=(0.0, 0.0, 0.0), drift_m_s=(0.0, 0.0, 0.0), turn: Rotation | Non
     """Positions, velocities, spins of the cloud after 0.01 s, seen from the frame that was shifted, moved or turned."""
     turn = turn or Rotation.identity()
     simulation, positions, radii, velocities, spins = make_cloud(model="type_a", mu_r=0.2, period_m=(period_m,) * 3)
-    simulation.add_grains(
-        turn.apply(positions) + shift_m, radii, "grain", turn.apply(velocities) + drift_m_s, turn.apply(spins)
-    )
+    simulation.add_grains(turn.apply(positions) + shift_m, radii, "grain", turn.apply(velocities) + drift_m_s, turn.apply(spins))
     run = record(simulation, 1, round(0.01 / simulation.time_step_s))
     back, moved = turn.inv(), np.asarray(shift_m) + np.asarray(drift_m_s) * run.times_s[-1]
     return back.apply(run.positions_m[-1] - moved), back.apply(run.velocities_m_s[-1] - drift_m_s), back.apply(run.spins_rad_s[-1])
