@@ -13,15 +13,13 @@ import numpy as np
 import dem
 from verification import closed_forms
 from verification.check import Check
-from verification.scene import ALUMINIUM, SOFT, mass_kg, record, scene
+from verification.scene import ALUMINIUM, PRECISIONS, SOFT, mass_kg, record, scene
 
 GROUP = "Conservation"
 
 RADIUS_M = 1e-3
 TIME_STEP_RATIO = 0.1
 DURATION_S = 0.1
-#: Units of rounding of the contact arithmetic.
-PRECISIONS = {"float64": 2.0**-53, "float32": 2.0**-24}
 
 
 def checks() -> list[Check]:

@@ -12,16 +12,13 @@ import numpy as np
 import dem
 from verification import closed_forms
 from verification.check import Check
-from verification.scene import FLOOR, SOFT, mass_kg, record, scene
+from verification.scene import FLOOR, PRECISIONS, SOFT, mass_kg, record, scene
 
 GROUP = "Rest"
 EQUILIBRIUM = "closed form (equilibrium)"
 
 RADIUS_M, GRAVITY_M_S2 = 1e-3, 9.81
 TIME_STEP_S = 0.2 * dem.rayleigh_time(RADIUS_M, SOFT)
-
-#: Units of rounding of the contact arithmetic.
-PRECISIONS = {"float64": 2.0**-53, "float32": 2.0**-24}
 
 #: How long to wait for rest and how much longer for its last motions to die away (s); what is left of them then, as force over
 #: weight; how long a heap is watched (s).

@@ -27,6 +27,9 @@ SOFT = elastic(2500.0, 2.4e7, 0.20)
 #: walls have no mass; the density only keeps the wall from setting the time step, which goes with sqrt(density / modulus).
 RIGID = dem.Material(density_kg_m3=1e22, poisson_ratio=0.0, shear_modulus_pa=1e22)
 
+#: Units of rounding of the contact arithmetic: a number is off by at most so much of itself.
+PRECISIONS = {"float64": 2.0**-53, "float32": 2.0**-24}
+
 FLOOR = dem.Box(name="floor", material="rigid", low_m=(-10.0, -10.0, 0.0), high_m=(10.0, 10.0, 0.0))
 
 
