@@ -4,6 +4,7 @@ GROUPS = [
     *("normal_impact", "oblique_impact", "friction"),
     *("conservation", "invariance", "rest"),
 ]
+FIGURES = ["restitution", "oblique_impact"]
 CASES = fingerprint("src/verification")
 
 
@@ -35,7 +36,7 @@ rule verification_page:
         tables=expand("results/verification/{group}.parquet", group=GROUPS),
     output:
         page="docs/verification.md",
-        figures=directory("docs/verification"),
+        figures=expand("docs/verification/{figure}.png", figure=FIGURES),
     log:
         "logs/verification/page.log",
     params:

@@ -8,5 +8,6 @@ from verification.page import write_page
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
-    tables = [read_table(path, "checks") for path in snakemake.input.tables]
-    write_page(dict(zip(snakemake.params.groups, tables, strict=True)), Path(snakemake.output.page), Path(snakemake.output.figures))
+    groups, files = snakemake.params.groups, snakemake.input.tables
+    tables = {group: read_table(path, "checks") for group, path in zip(groups, files, strict=True)}
+    write_page(tables, Path(snakemake.output.page), Path(snakemake.output.figures[0]).parent)
