@@ -1,5 +1,19 @@
-"""What the engine must reproduce: published and closed-form results, each a case that runs through the public API of `dem`."""
+"""What the engine must reproduce: published and closed-form results, each a case that runs through the public API of `dem`.
 
-from verification.check import Check
+GROUPS maps the name of a group to the function that runs it and returns its checks.
+"""
 
-__all__ = ["Check"]
+from verification import conservation, friction, invariance, normal_impact, oblique_impact, rest
+from verification.check import Check, table_of
+
+#: Groups of checks that run in seconds, in the order of the page.
+GROUPS = {
+    "normal_impact": normal_impact.checks,
+    "oblique_impact": oblique_impact.checks,
+    "friction": friction.checks,
+    "conservation": conservation.checks,
+    "invariance": invariance.checks,
+    "rest": rest.checks,
+}
+
+__all__ = ["GROUPS", "Check", "table_of"]

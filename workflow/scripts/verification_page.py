@@ -1,0 +1,13 @@
+"""Adapt rule `verification_page` to `verification.page.write_page`."""
+
+from pathlib import Path
+
+from _log import log_to
+from _tables import read_table
+from verification.page import write_page
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    groups, files = snakemake.params.groups, snakemake.input.tables
+    tables = {group: read_table(path, "checks") for group, path in zip(groups, files, strict=True)}
+    write_page(tables, Path(snakemake.output.page), Path(snakemake.output.figures[0]).parent)

@@ -1,0 +1,10 @@
+"""Adapt rule `verify_engine` to `verification.GROUPS`."""
+
+from _log import log_to
+from _tables import write_table
+from verification import GROUPS, table_of
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    table = table_of(GROUPS[snakemake.wildcards.group]())
+    write_table(table, snakemake.output.table, "checks", {"rule": snakemake.rule, **dict(snakemake.params.items())})
