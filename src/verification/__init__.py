@@ -3,7 +3,7 @@
 GROUPS maps the name of a group to the function that runs it and returns its checks.
 """
 
-from verification import conservation, friction, invariance, normal_impact, oblique_impact, rest
+from verification import conservation, energy, friction, invariance, normal_impact, oblique_impact, rest
 from verification.check import Check, table_of
 
 #: Groups of checks that run in seconds, in the order of the page.
@@ -14,6 +14,7 @@ GROUPS = {
     "conservation": conservation.checks,
     "invariance": invariance.checks,
     "rest": rest.checks,
+    "energy": energy.checks,
 }
 
 __all__ = ["GROUPS", "Check", "table_of"]

@@ -12,10 +12,8 @@ pulls, the more the lower e is. Where the pull is cut off (F_n >= 0) the rebound
 `damping_ratio_without_pull` is the beta that then gives e again (Thornton, Cummins, Cleary 2013, Powder Technol. 233, 30).
 """
 
-import functools
 import math
 
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from dem.jit import jit
@@ -30,31 +28,22 @@ def damping_ratio(restitution: float) -> float:
     return -log_e / math.hypot(log_e, math.pi)
 
 
-@functools.cache
 def damping_ratio_without_pull(restitution: float) -> float:
     """Beta with which a contact that never pulls rebounds with e (dimensionless, 0 for e = 1)."""
     if restitution == 1.0:
         return 0.0
-    return brentq(lambda beta: rebound_without_pull(beta) - restitution, 0.0, 10.0 / restitution, rtol=1e-10)
+    return brentq(lambda beta: rebound_without_pull(beta) - restitution, 0.0, 1.0 + 1.0 / math.sqrt(restitution), xtol=1e-12)
 
 
 def rebound_without_pull(beta: float) -> float:
     """Rebound speed over impact speed of a contact with dashpot ratio beta that never pulls.
 
-    In natural units x'' = -x^(3/2) - sqrt(5) beta x^(1/4) x', from x = 0, x' = 1; it is over when the force is zero.
+    In y = delta^(5/4) the damped Hertz contact is a linear oscillator (Antypov & Elliott 2011); it pushes until y' = -y / (2 beta).
     """
-    gamma = math.sqrt(5.0) * beta
-
-    def motion(_, state):
-        x = max(state[0], 0.0)
-        return state[1], -(x**1.5) - gamma * x**0.25 * state[1]
-
-    def force(_, state):
-        return 1.0 if state[1] >= 0.0 else max(state[0], 0.0) ** 1.25 + gamma * state[1]
-
-    force.terminal = True
-    solution = solve_ivp(motion, (0.0, math.inf), (1e-12, 1.0), method="LSODA", events=force, rtol=1e-10, atol=1e-14)
-    return -float(solution.y[1, -1])
+    if beta == 1.0:
+        return math.exp(-2.0)
+    angle = math.acos(beta) if beta < 1.0 else math.acosh(beta)
+    return math.exp(-2.0 * beta * angle / math.sqrt(abs(1.0 - beta * beta)))
 
 
 def effective_young_modulus(shear_modulus_i, poisson_i, shear_modulus_j, poisson_j) -> float:

@@ -29,10 +29,19 @@ def test_an_elastic_contact_has_no_dashpot_and_less_restitution_means_more():
     assert ratios == sorted(ratios)
 
 
-@pytest.mark.parametrize("e", [0.1, 0.5, 0.9])
+def rebound_by_steps(beta, n=100_000):
+    """Rebound of x'' = max(0, ...) by small steps, in natural units."""
+    x, v, dt = 0.0, 1.0, 20.0 / n
+    while x >= 0.0 and not (v < 0.0 and x**1.25 < -math.sqrt(5.0) * beta * v):
+        v -= dt * max(x**1.5 + math.sqrt(5.0) * beta * x**0.25 * v, 0.0)
+        x += dt * v
+    return -v
+
+
+@pytest.mark.parametrize("e", [0.02, 0.1, 0.1353, 0.5, 0.9])
 def test_without_pull_a_larger_dashpot_is_needed_for_the_same_rebound(e):
     beta = hertz.damping_ratio_without_pull(e)
-    assert hertz.rebound_without_pull(beta) == pytest.approx(e, rel=1e-8)
+    assert rebound_by_steps(beta) == pytest.approx(e, rel=2e-3)
     assert beta > hertz.damping_ratio(e)
     assert hertz.normal_force(1e-6, 1e-3, 1e-6**0.25, 10.0, 3e7, 2.0, 0.0) == 0.0
 
