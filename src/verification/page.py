@@ -59,6 +59,7 @@ LIMITS = """## What is not validated
 - **The tangential law** is Mindlin's no-slip stiffness with a Coulomb limit, without micro-slip and without the dependence on
   the history of the normal load (Mindlin & Deresiewicz 1953). Contacts that stick for a part of the impact are checked
   against the published points only.
+- **A tangential spring whose contact turns**: that it turns with the normal is not seen by any case here.
 - **Rolling resistance** has no experiment behind it here. That types A and C brake as written is checked on planes, type A
   also between two equal spheres. Nothing resists twisting about a contact's normal.
 - **Walls**: level planes only. Edges, corners, tubes and moving walls are left to the unit tests.
