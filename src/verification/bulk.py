@@ -68,6 +68,12 @@ SHEAR_SEEDS = 4
 PACKINGS = {"smooth": 0.0, "rough": 0.5}
 #: The plateau is the last part of the displacement, as in the campaign.
 PLATEAU = 0.3
+#: Columns of the table of runs.
+COLUMNS = [
+    *("run", "kind", "variant", "seed", "status"),
+    *("angle_of_repose_deg", "silhouette_deg", "drift_mean_radii", "drift_largest_radii", "drift_deg"),
+    *("plateau_shear_stress_pa", "plane_normal_stress_pa", "friction", "friction_change", "solid_fraction"),
+]
 #: How long a heap at rest is watched (s).
 WATCH_S = 0.1
 #: Differences that should be nil are within so many of their standard errors: of a dozen, 1 in 30 pages shows one beyond.
@@ -113,7 +119,7 @@ def run_heap(variant: str, seed: int) -> dict:
 def run_shear(variant: str, seed: int) -> dict:
     """Plateau of one shear test, and its change from the third to the last quarter of the displacement."""
     setup = replace(BOX, normal_stress_pa=float(variant.split()[0]))
-    reduction = direct_shear.stiffness_reduction(SOIL, setup, SHEAR_STIFFNESS_NUMBER)
+    reduction = direct_shear.stiffness_reduction(SOIL, setup, SHEAR_STIFFNESS_NUMBER, SHEAR_ENGINE.gravity_m_s2)
     test = direct_shear.run(SOIL, setup, replace(SHEAR_ENGINE, stiffness_reduction=reduction), seed)
     history = test.history
     read = strength(history["displacement_m"], history["shear_stress_pa"], history["plane_normal_stress_pa"], PLATEAU)

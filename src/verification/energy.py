@@ -1,7 +1,7 @@
 """The energy ledger: grains fall into a tube, settle, and the tube rises; what goes in, out and is lost must add up.
 
-The ledger evaluates the contact laws apart from the fast kernels (`dem.energy`), so that it closes only if their loads, the springs'
-histories, the walls' forces and the motion agree. What is left over is the time integration's error, of second order.
+The ledger evaluates the contact laws apart from the fast kernels (`dem.energy`), so that it closes only if their loads, the
+springs' histories, the walls' forces and the motion agree. What is left over is the time integration's error, of second order.
 """
 
 import dem
@@ -53,7 +53,7 @@ def closing(rolling_model: str, damping_model: str) -> list[Check]:
     return [
         Check(**common, quantity="residual / dissipated", expected=CLOSURE, obtained=coarse, relation="at most", note="0.2 T_R"),
         Check(
-            **common, quantity="residual at 0.2 T_R over that at 0.05", expected=BETTER, obtained=coarse / fine, relation="at least",
+            **common, quantity="residual, 0.2 over 0.05 T_R", expected=BETTER, obtained=coarse / fine, relation="at least",
             note=f"16 for second order; {fine:.1e} at 0.05 T_R",
         ),
     ]  # fmt: skip
@@ -80,7 +80,7 @@ def frictionless() -> list[Check]:
         put_in = energies["exchanged"] + energies["work_of_walls"]
         rows.append(
             Check(
-                group=GROUP, case=f"elastic grains without friction, {precision}", quantity="energy held over energy put in", unit="-",
+                group=GROUP, case=f"elastic grains without friction, {precision}", quantity="energy held over put in", unit="-",
                 source="conservation", expected=1.0, obtained=held / put_in, tolerance=1e-3, note="0.05 T_R, 0.17 s of collisions",
             )
         )  # fmt: skip

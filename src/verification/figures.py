@@ -64,3 +64,23 @@ def oblique_impact(table: pd.DataFrame) -> Figure:
         axes.set_xlim(0, 90)
         axes.legend(fontsize="small")
     return figure
+
+
+def bulk(runs: pd.DataFrame) -> Figure:
+    """Angle of every heap by variant, with the scatter of the base behind all."""
+    heaps = runs[runs["kind"] == "heap"]
+    variants = list(dict.fromkeys(heaps["variant"]))
+    variants.sort(key=lambda name: (name != "base", heaps.loc[heaps["variant"] == name, "angle_of_repose_deg"].mean()))
+    base = heaps.loc[heaps["variant"] == "base", "angle_of_repose_deg"]
+    figure = Figure(figsize=(9.0, 5.0), layout="constrained")
+    axes = figure.subplots()
+    axes.axvspan(base.mean() - base.std(), base.mean() + base.std(), color="0.92", label="base: mean ± standard deviation")
+    for row, variant in enumerate(variants):
+        angles = heaps.loc[heaps["variant"] == variant, "angle_of_repose_deg"]
+        axes.plot(angles, np.full(len(angles), row), "o", color=BLUE, alpha=0.6, markeredgewidth=0)
+        axes.plot([angles.mean()] * 2, [row - 0.3, row + 0.3], color=RED, linewidth=2)
+    axes.set_yticks(range(len(variants)), variants)
+    axes.invert_yaxis()
+    axes.set_xlabel("angle of repose (°)")
+    axes.legend(fontsize="small")
+    return figure

@@ -3,9 +3,14 @@
 import re
 
 import numpy as np
+import pandas as pd
 
 from verification import Check, table_of
 from verification.page import write_page
+
+RUNS = pd.DataFrame(
+    {"kind": "heap", "variant": ["base", "base", "type C"], "seed": [1, 2, 1], "angle_of_repose_deg": [25.0, 27.0, 15.0]}
+)
 
 
 def table(group, *obtained):
@@ -18,7 +23,9 @@ def table(group, *obtained):
 
 def test_the_page_counts_checks_and_shows_every_failure(tmp_path):
     page = tmp_path / "verification.md"
-    write_page({"first": table("First things", 1.0, 1.05, 2.0), "second": table("Second", np.nan)}, page, tmp_path / "verification")
+    write_page(
+        {"first": table("First things", 1.0, 1.05, 2.0), "second": table("Second", np.nan)}, page, tmp_path / "verification", RUNS
+    )
     text = page.read_text()
     assert "4 checks, **2 fail**." in text
     assert "| [First things](#first-things) | 3 | 1 |" in text
@@ -38,8 +45,9 @@ def test_the_page_links_only_to_figures_that_exist(tmp_path):
         for quantity in ("tangential restitution", "spin")
     ]
     page, folder = tmp_path / "page.md", tmp_path / "page"
-    write_page({"normal_impact": table_of(rows), "oblique_impact": table_of(points)}, page, folder)
+    bulk = table("Bulk", 1.0)
+    write_page({"normal_impact": table_of(rows), "oblique_impact": table_of(points), "bulk": bulk}, page, folder, RUNS)
     links = re.findall(r"!\[.*?\]\((.*?)\)", page.read_text())
-    assert links == ["page/restitution.png", "page/oblique_impact.png"]
+    assert links == ["page/restitution.png", "page/oblique_impact.png", "page/bulk.png"]
     assert all((tmp_path / link).stat().st_size > 5000 for link in links)
-    assert len(list(folder.iterdir())) == 2
+    assert len(list(folder.iterdir())) == 3

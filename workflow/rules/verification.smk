@@ -2,14 +2,19 @@
 
 GROUPS = [
     *("normal_impact", "oblique_impact", "friction"),
-    *("conservation", "invariance", "rest"),
+    *("conservation", "invariance", "rest", "energy"),
 ]
-FIGURES = ["restitution", "oblique_impact"]
+# Heaps and shear tests over many seeds are run in so many parts.
+BULK_PARTS = range(16)
+# `make verify-peers` writes it where LIGGGHTS is installed.
+PEERS = "results/verification/peers.parquet"
+FIGURES = ["restitution", "oblique_impact", "bulk"]
 VERIFICATION = fingerprint("src/verification")
 
 
 wildcard_constraints:
     group="|".join(GROUPS),
+    part=r"\d+",
 
 
 rule verification:
@@ -31,16 +36,49 @@ rule verify_engine:
         "../scripts/verify_engine.py"
 
 
+rule verify_bulk_part:
+    output:
+        table="results/verification/bulk/{part}.parquet",
+    log:
+        "logs/verification/bulk/{part}.log",
+    params:
+        engine=ENGINE,
+        cases=VERIFICATION,
+        parts=len(BULK_PARTS),
+    message:
+        "Heaps and shear tests over seeds, with one thing changed at a time: part {wildcards.part}."
+    script:
+        "../scripts/verify_bulk_part.py"
+
+
+rule verify_bulk:
+    input:
+        parts=expand("results/verification/bulk/{part}.parquet", part=BULK_PARTS),
+    output:
+        runs="results/verification/bulk_runs.parquet",
+        table="results/verification/bulk.parquet",
+    log:
+        "logs/verification/bulk.log",
+    params:
+        cases=VERIFICATION,
+    message:
+        "Compare heaps and shear tests with each other and with what is published."
+    script:
+        "../scripts/verify_bulk.py"
+
+
 rule verification_page:
     input:
-        tables=expand("results/verification/{group}.parquet", group=GROUPS),
+        tables=expand("results/verification/{group}.parquet", group=[*GROUPS, "bulk"]),
+        runs="results/verification/bulk_runs.parquet",
+        peers=[PEERS] if Path(PEERS).exists() else [],
     output:
         page="docs/verification.md",
         figures=expand("docs/verification/{figure}.png", figure=FIGURES),
     log:
         "logs/verification/page.log",
     params:
-        groups=GROUPS,
+        groups=[*GROUPS, "bulk"],
         cases=VERIFICATION,
     message:
         "Write the verification page."

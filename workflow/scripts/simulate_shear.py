@@ -33,7 +33,8 @@ HISTORY = (
 def main(row, settings, engine, output):
     soil = soil_of(row)
     setup = direct_shear.Setup(normal_stress_pa=row["normal_stress_pa"], **settings["setup"])
-    reduction = direct_shear.stiffness_reduction(soil, setup, settings["softening"]["shear_stiffness_number"])
+    number, gravity = settings["softening"]["shear_stiffness_number"], settings["engine"]["gravity_m_s2"]
+    reduction = direct_shear.stiffness_reduction(soil, setup, number, gravity)
     numerics = engine_of(settings, reduction)
     shear, reason, seconds = recorded(lambda: direct_shear.run(soil, setup, numerics, row["seed"], each=Progress()))
     if shear is None:

@@ -8,6 +8,9 @@ from verification.page import write_page
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
-    groups, files = snakemake.params.groups, snakemake.input.tables
-    tables = {group: read_table(path, "checks") for group, path in zip(groups, files, strict=True)}
-    write_page(tables, Path(snakemake.output.page), Path(snakemake.output.figures[0]).parent)
+    files = snakemake.input
+    tables = {group: read_table(path, "checks") for group, path in zip(snakemake.params.groups, files.tables, strict=True)}
+    if files.peers:
+        tables["peers"] = read_table(files.peers, "checks")
+    runs = read_table(files.runs, "bulk_runs")
+    write_page(tables, Path(snakemake.output.page), Path(snakemake.output.figures[0]).parent, runs)

@@ -88,16 +88,22 @@ def shear_speed(soil: Soil, setup: Setup) -> float:
     return setup.inertial_number * BAND_DIAMETERS * math.sqrt(setup.normal_stress_pa / soil.density_kg_m3)
 
 
-def stiffness_reduction(soil: Soil, setup: Setup, stiffness_number: float | None) -> float:
-    """By how much to soften the grains so that E*/p is the given stiffness number; never stiffer than they are.
+def plane_stress_pa(soil: Soil, setup: Setup, gravity_m_s2: float) -> float:
+    """Normal stress that the shear plane will carry: the lid's, and the weight of the upper half."""
+    half_height = 0.5 * setup.height_ratio * setup.scale_radius_m
+    return setup.normal_stress_pa + FILL_FRACTION * soil.density_kg_m3 * gravity_m_s2 * half_height
 
-    The same E*/p at every normal stress gives the same relative overlaps, so softening does not bend the strength line.
-    None leaves the grains as they are.
+
+def stiffness_reduction(soil: Soil, setup: Setup, stiffness_number: float | None, gravity_m_s2: float) -> float:
+    """By how much to soften the grains so that E* over the plane's normal stress is a number; never stiffer than they are.
+
+    The same number at every stress gives the same relative overlaps, so softening does not bend the strength line; the soil's own
+    weight counts, because a box that grows with its grains presses more than a small lid load. None leaves the grains as they are.
     """
     if stiffness_number is None:
         return 1.0
     E_star = soil.shear_modulus_pa / (1.0 - soil.poisson_ratio)
-    return max(1.0, E_star / (stiffness_number * setup.normal_stress_pa))
+    return max(1.0, E_star / (stiffness_number * plane_stress_pa(soil, setup, gravity_m_s2)))
 
 
 def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:

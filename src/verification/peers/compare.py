@@ -61,7 +61,8 @@ SHEAR = direct_shear.Setup(
 )
 #: E*/p as in config/config.yaml.
 SHEAR_ENGINE = Engine(
-    stiffness_reduction=direct_shear.stiffness_reduction(SOIL, SHEAR, stiffness_number=5000.0), time_step_rayleigh_ratio=0.3
+    stiffness_reduction=direct_shear.stiffness_reduction(SOIL, SHEAR, stiffness_number=5000.0, gravity_m_s2=9.81),
+    time_step_rayleigh_ratio=0.3,
 )
 PLATEAU_WINDOW = 0.5
 
