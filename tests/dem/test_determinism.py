@@ -1,0 +1,41 @@
+"""The same bytes in every process, whoever compiled the kernels."""
+
+import hashlib
+import os
+import subprocess
+import sys
+
+import pytest
+
+PROGRAM = """
+import hashlib, dem
+touch = dem.Interaction(restitution=0.5, static_friction=0.4, rolling_friction=0.1)
+simulation = dem.Simulation(
+    materials={"soil": dem.Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)},
+    interactions={("soil", "soil"): touch},
+    walls=[
+        dem.Box(name="floor", material="soil", low_m=(-1, -1, 0), high_m=(1, 1, 0)),
+        dem.Tube(name="tube", material="soil", radius_m=6e-3, bottom_m=0.0, top_m=1.0),
+    ],
+    smallest_radius_m=1e-3,
+)
+region = dem.TubeRegion(radius_m=6e-3, bottom_m=0.0)
+simulation.add_factory(dem.Factory(n_grains=200, region=region, sizes=dem.Sizes(mean_m=1e-3), material="soil", seed=1))
+simulation.advance(6000)
+grains = simulation.grains
+print(hashlib.sha256(grains.positions_m.tobytes() + grains.angular_velocities_rad_s.tobytes()).hexdigest())
+"""
+
+
+def digest(**environment):
+    """What a fresh process simulates."""
+    done = subprocess.run([sys.executable, "-c", PROGRAM], env=os.environ | environment, capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
+@pytest.mark.slow
+def test_the_first_process_after_an_installation_gives_the_bytes_of_all_others(tmp_path):
+    empty = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    first, second = digest(**empty), digest(**empty)
+    assert len(first) == 2 * hashlib.sha256().digest_size
+    assert first == second == digest()
