@@ -5,6 +5,8 @@ import re
 import numba
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import dem
 from dem import loop, neighbours
@@ -15,9 +17,9 @@ ROUGH = dem.Interaction(restitution=0.5, static_friction=0.4, rolling_friction=0
 RADIUS_M = 1e-3
 
 
-def make(walls=(), interaction=ROUGH, **settings):
-    settings = {"smallest_radius_m": RADIUS_M, **settings}
-    return dem.Simulation(materials={"soil": MATERIAL}, interactions={("soil", "soil"): interaction}, walls=walls, **settings)
+def make(walls=(), interaction=ROUGH, **options):
+    options = {"smallest_radius_m": RADIUS_M, **options}
+    return dem.Simulation(materials={"soil": MATERIAL}, interactions={("soil", "soil"): interaction}, walls=walls, **options)
 
 
 def floor(**settings):
@@ -63,13 +65,21 @@ def find_pairs(positions, radii, period, skin, capacity):
     return m, row, partner, order, slab
 
 
-@pytest.mark.parametrize("period", [(0, 0, 0), (0, 5e-3, 0), (12e-3, 5e-3, 0), (12e-3, 7.6e-3, 12e-3)])
-@pytest.mark.parametrize("seed", range(4))
-def test_the_cell_list_finds_exactly_the_pairs_that_all_pairs_finds(period, seed):
+@settings(max_examples=60, deadline=None)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    n=st.integers(2, 250),
+    largest_ratio=st.floats(1.0, 4.0),
+    skin_ratio=st.floats(0.01, 1.0),
+    width_ratios=st.tuples(*[st.one_of(st.just(0.0), st.floats(1.01, 4.0))] * 3),
+)
+def test_the_cell_list_finds_exactly_the_pairs_that_all_pairs_finds(seed, n, largest_ratio, skin_ratio, width_ratios):
+    """Random clouds: numbers, sizes, skins, and periods from just over the smallest that is allowed (0: not periodic)."""
     rng = np.random.default_rng(seed)
-    n, skin = 200, rng.uniform(0.05e-3, 0.4e-3)
+    radii = 1e-3 * rng.uniform(1.0, largest_ratio, n)
+    skin = skin_ratio * 1e-3
+    period = np.array(width_ratios) * 2.0 * (2.0 * radii.max() + skin)
     positions = rng.uniform(-9e-3, 9e-3, (n, 3))
-    radii = rng.uniform(0.5e-3, 1e-3, n)
     m, row, partner, _, _ = find_pairs(positions, radii, period, skin, n * n)
     found = [(min(i, j), max(i, j)) for i in range(n) for j in partner[row[i, 0] : row[i, 1]].tolist()]
     assert len(found) == m
