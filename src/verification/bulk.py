@@ -89,9 +89,16 @@ def runs() -> list[str]:
 
 def run(name: str) -> dict:
     """One run: its row of the table, with NaN where a quantity does not belong to it."""
-    kind, variant, seed = name.split("/")
-    row = {"run": name, "kind": kind, "variant": variant, "seed": int(seed)}
-    return row | {"heap": run_heap, "shear": run_shear, "packing": run_packing}[kind](variant, int(seed))
+    kind, variant, seed = parts_of(name)
+    row = {"run": name, "kind": kind, "variant": variant, "seed": seed}
+    return row | {"heap": run_heap, "shear": run_shear, "packing": run_packing}[kind](variant, seed)
+
+
+def parts_of(name: str) -> tuple[str, str, int]:
+    """Kind, variant and seed of a run's name; a variant may hold a slash ("lift 1 mm/s")."""
+    kind, rest = name.split("/", 1)
+    variant, seed = rest.rsplit("/", 1)
+    return kind, variant, int(seed)
 
 
 def run_heap(variant: str, seed: int) -> dict:
