@@ -62,7 +62,7 @@ def oblique_impact(table: pd.DataFrame) -> Figure:
         axes.set_xlabel("impact angle from the normal (°)")
         axes.set_ylabel("spin after the impact (rad/s)" if quantity == "spin" else quantity)
         axes.set_xlim(0, 90)
-        axes.legend(fontsize="small")
+        axes.legend(fontsize="small", loc="lower center" if quantity == "spin" else "lower right")
     return figure
 
 

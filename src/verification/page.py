@@ -31,7 +31,8 @@ contact laws are evaluated for it a second time, apart from the fast kernels. "S
 tangential law itself gives or takes, because its stiffness changes with the overlap; it does not vanish with the step.""",
     "bulk": """The paper's base set: 3000 grains in a tube that rises at 5 mm/s, and the default campaign's shear box. Unless a row
 says otherwise G = 5e5 Pa and steps of 0.4 T_R. Means over seeds are compared; what should make no difference may differ by three
-standard errors.""",
+standard errors. The figure shows what the protocol does besides: the lift's speed most, the packing some, the tube's friction
+hardly. Each of them is a recorded input of a study.""",
     "peers": """The same heaps, shear tests and rolling contacts in LIGGGHTS 3.8.0 (`make verify-peers`). Its `epsd2` is our type C:
 torque µr F_n R* on the relative rolling of two grains. EDEM's type A brakes each grain's own spin with µr F_n R: twice the
 torque for equal grains, and also where two grains turn as gears do. With equal definitions the programs agree within the seeds'
@@ -61,7 +62,8 @@ LIMITS = """## What is not validated
 - **The tangential law** is Mindlin's no-slip stiffness with a Coulomb limit, without micro-slip and without the dependence on
   the history of the normal load (Mindlin & Deresiewicz 1953). Contacts that stick for a part of the impact are checked
   against the published points only.
-- **A tangential spring whose contact turns**: that it turns with the normal is not seen by any case here.
+- **A tangential spring whose contact turns**: no case here sees that it turns with the normal; the slow twin of the kernels in
+  the tests does.
 - **Rolling resistance** has no experiment behind it here. That types A and C brake as written is checked on planes, type A
   also between two equal spheres. Nothing resists twisting about a contact's normal.
 - **Walls**: level planes only. Edges, corners, tubes and moving walls are left to the unit tests.
