@@ -11,6 +11,6 @@ if __name__ == "__main__":
     files = snakemake.input
     tables = {group: read_table(path, "checks") for group, path in zip(snakemake.params.groups, files.tables, strict=True)}
     if files.peers:
-        tables["peers"] = read_table(files.peers, "checks")
+        tables["peers"] = read_table(files.peers[0], "checks")
     runs = read_table(files.runs, "bulk_runs")
     write_page(tables, Path(snakemake.output.page), Path(snakemake.output.figures[0]).parent, runs)
