@@ -20,6 +20,8 @@ from exports import PROGRAMS
 check_config(config)
 # what --config soil=... asks for is no part of the study, so that it makes nothing run again
 FIRST_ANSWERS = first_answer_soils(config.pop("soil", None), config)
+# nor is how often a simulation is saved
+CHECKPOINT_INTERVAL_S = config.pop("checkpoint_interval_s")
 check_soils(config)
 
 RESULTS = f"results/{config['study']}"

@@ -11,10 +11,13 @@ rule simulate_repose:
         timing=f"{RESULTS}/sims/repose/{{simulation}}/timing.json",
     log:
         f"{LOGS}/repose/{{simulation}}.log",
+    resources:
+        checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
     params:
         row=simulation_row,
         settings=simulation_settings,
         engine=ENGINE,
+        checkpoint=f"{RESULTS}/checkpoints/{{simulation}}.npz",
     message:
         "Fill the tube, lift it, and let the heap come to rest: simulation {wildcards.simulation}."
     script:
