@@ -59,7 +59,9 @@ localrules:
     all,
     design,
     first_answer,
+    manifest,
     measure_soils,
+    verify_results,
 
 
 def simulation_row(wildcards):
