@@ -3,6 +3,7 @@ import sys
 
 sys.path.insert(0, str(Path(workflow.basedir) / "workflow" / "scripts"))
 
+from _cost import memory_mb, runtime_min
 from _study import (
     check_config,
     check_soils,
@@ -74,6 +75,18 @@ def simulation_row(wildcards):
 def simulation_settings(wildcards):
     """The settings of one simulation's experiment at its fidelity."""
     return experiment_settings(config, simulation_row(wildcards))
+
+
+def simulation_runtime(wildcards, attempt):
+    """Minutes to ask a scheduler for; more at every attempt."""
+    return runtime_min(
+        simulation_row(wildcards), simulation_settings(wildcards), attempt
+    )
+
+
+def simulation_memory(wildcards, attempt):
+    """Memory in MB to ask a scheduler for; more at every attempt."""
+    return memory_mb(simulation_row(wildcards), simulation_settings(wildcards), attempt)
 
 
 def stage_rows(stage):

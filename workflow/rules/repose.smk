@@ -11,8 +11,11 @@ rule simulate_repose:
         timing=f"{RESULTS}/sims/repose/{{simulation}}/timing.json",
     log:
         f"{LOGS}/repose/{{simulation}}.log",
+    threads: 1
     resources:
         checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
+        runtime=simulation_runtime,
+        mem_mb=simulation_memory,
     params:
         row=simulation_row,
         settings=simulation_settings,
