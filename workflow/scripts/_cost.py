@@ -13,7 +13,7 @@ SPEED_PER_S = 20e6
 START_MIN = 3.0
 #: The first attempt is given so many times what is expected; heaps that roll without resistance take three times as long as others.
 HEADROOM = 3.0
-#: Memory in MB: of Python with all packages (measured: 270, and 430 while kernels are compiled), and of one grain with its contacts.
+#: Memory in MB of Python with all packages (measured: 270, and 430 while kernels are compiled), and of a grain with its contacts.
 BASE_MB, GRAIN_MB = 1000, 2e-3
 
 #: Free-fall times of the loose column until the filled grains are at rest.
