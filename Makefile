@@ -50,6 +50,9 @@ twin: setup  ## a hidden soil simulated, forgotten and calibrated at full size: 
 first-answer: setup  ## a soil calibrated on docs/reference in seconds, without simulations: SOIL=<name or file>
 	$(BIN)/snakemake -c$(CORES) first_answer --quiet all $(if $(SOIL),--config soil=$(SOIL))
 
+verify-results: setup  ## which files of a finished study are no longer as they were written: STUDY=<name>
+	$(BIN)/snakemake -c1 verify_results --quiet all $(if $(STUDY),--config study=$(STUDY))
+
 verify: setup  ## the engine beside published and closed-form results: docs/verification.md
 	$(BIN)/snakemake -c$(CORES) verification
 
@@ -76,5 +79,5 @@ lock: setup  ## resolve the newest versions of all dependencies into requirement
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## */\1\t/' | expand -t 12
 
-.PHONY: campaign setup test lint format smoke paper reference twin first-answer verify verify-peers paper-optima bench \
+.PHONY: campaign setup test lint format smoke paper reference twin first-answer verify-results verify verify-peers paper-optima bench \
 	bench-quick bench-scale lock help

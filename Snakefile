@@ -20,6 +20,7 @@ include: "workflow/rules/verify.smk"
 include: "workflow/rules/checks.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/export.smk"
+include: "workflow/rules/manifest.smk"
 include: "workflow/rules/first_answer.smk"
 include: "workflow/rules/verification.smk"
 
@@ -30,3 +31,4 @@ rule all:
         f"{RESULTS}/report.html",
         f"{RESULTS}/calibration.parquet",
         expand(f"{RESULTS}/export/{{case}}/material.json", case=CASES),
+        f"{RESULTS}/manifest.sha256",

@@ -23,17 +23,26 @@ from dem.simulation import Simulation
 #: Name of each outer list: attributes of the list, its spare and its contacts.
 LISTS = {"pairs": ("_pairs", "_spare", "_contacts"), "wall_pairs": ("_wall_pairs", "_wall_spare", "_wall_contacts")}
 
+#: Before the names of arrays that are notes.
+NOTE = "notes."
+
 
 class CheckpointError(ValueError):
     """A file that is no checkpoint of this engine."""
 
 
-def save(simulation: Simulation, path: str | Path) -> None:
-    """Write a simulation to a file, whole or not at all."""
-    path = Path(path)
+def save(simulation: Simulation, path: str | Path, notes: dict | None = None) -> None:
+    """Write a simulation to a file, whole or not at all.
+
+    notes: what the caller wants to find again beside it (`load_with_notes`); name -> array, or a plain value that JSON can hold.
+    """
+    path, notes = Path(path), notes or {}
     part = path.with_name(path.name + ".part")
+    noted = {f"{NOTE}{name}": value for name, value in notes.items() if isinstance(value, np.ndarray)}
+    plain = {name: value for name, value in notes.items() if not isinstance(value, np.ndarray)}
+    description = json.dumps(description_of(simulation) | {"notes": plain})
     with open(part, "wb") as file:
-        np.savez(file, **arrays_of(simulation), description=np.array(json.dumps(description_of(simulation))))
+        np.savez(file, **arrays_of(simulation), **noted, description=np.array(description))
         file.flush()
         os.fsync(file.fileno())
     os.replace(part, path)
@@ -46,6 +55,11 @@ def load(path: str | Path) -> Simulation:
     ------
     CheckpointError : the file is damaged, is no checkpoint, or was written by other source code (it would not go on alike).
     """
+    return load_with_notes(path)[0]
+
+
+def load_with_notes(path: str | Path) -> tuple[Simulation, dict]:
+    """The simulation that was saved in a file, and the notes beside it; raises what `load` raises."""
     content = io.BytesIO(Path(path).read_bytes())
     try:
         with np.load(content, allow_pickle=False) as archive:
@@ -55,7 +69,8 @@ def load(path: str | Path) -> Simulation:
         raise CheckpointError(f"{path} is no readable checkpoint ({error}); delete it to begin anew.") from error
     if description.get("engine") != source_hash():
         raise CheckpointError(f"{path} was written by another version of the engine; delete it to begin anew.")
-    return restored(description, arrays)
+    noted = {name.removeprefix(NOTE): arrays.pop(name) for name in list(arrays) if name.startswith(NOTE)}
+    return restored(description, arrays), description["notes"] | noted
 
 
 def description_of(simulation: Simulation) -> dict:

@@ -45,7 +45,7 @@ def config():
 def simulate(script, row, config, folder):
     names = ("grains", "filled", "run", "timing", "history", "before", "after")
     output = SimpleNamespace(**{name: str(folder / name) for name in names})
-    script.main(row, experiment_settings(config, row), "engine", output)
+    script.main(row, experiment_settings(config, row), "engine", output, str(folder / "checkpoint.npz"), 300)
     return pd.read_parquet(output.run).iloc[0], output
 
 

@@ -3,6 +3,7 @@ import sys
 
 sys.path.insert(0, str(Path(workflow.basedir) / "workflow" / "scripts"))
 
+from _cost import memory_mb, runtime_min
 from _study import (
     check_config,
     check_soils,
@@ -20,6 +21,8 @@ from exports import PROGRAMS
 check_config(config)
 # what --config soil=... asks for is no part of the study, so that it makes nothing run again
 FIRST_ANSWERS = first_answer_soils(config.pop("soil", None), config)
+# nor is how often a simulation is saved
+CHECKPOINT_INTERVAL_S = config.pop("checkpoint_interval_s")
 check_soils(config)
 
 RESULTS = f"results/{config['study']}"
@@ -57,7 +60,9 @@ localrules:
     all,
     design,
     first_answer,
+    manifest,
     measure_soils,
+    verify_results,
 
 
 def simulation_row(wildcards):
@@ -70,6 +75,18 @@ def simulation_row(wildcards):
 def simulation_settings(wildcards):
     """The settings of one simulation's experiment at its fidelity."""
     return experiment_settings(config, simulation_row(wildcards))
+
+
+def simulation_runtime(wildcards, attempt):
+    """Minutes to ask a scheduler for; more at every attempt."""
+    return runtime_min(
+        simulation_row(wildcards), simulation_settings(wildcards), attempt
+    )
+
+
+def simulation_memory(wildcards, attempt):
+    """Memory in MB to ask a scheduler for; more at every attempt."""
+    return memory_mb(simulation_row(wildcards), simulation_settings(wildcards), attempt)
 
 
 def stage_rows(stage):

@@ -11,10 +11,16 @@ rule simulate_repose:
         timing=f"{RESULTS}/sims/repose/{{simulation}}/timing.json",
     log:
         f"{LOGS}/repose/{{simulation}}.log",
+    threads: 1
+    resources:
+        checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
+        runtime=simulation_runtime,
+        mem_mb=simulation_memory,
     params:
         row=simulation_row,
         settings=simulation_settings,
         engine=ENGINE,
+        checkpoint=f"{RESULTS}/checkpoints/{{simulation}}.npz",
     message:
         "Fill the tube, lift it, and let the heap come to rest: simulation {wildcards.simulation}."
     script:

@@ -12,10 +12,16 @@ rule simulate_shear:
         timing=f"{RESULTS}/sims/shear/{{simulation}}/timing.json",
     log:
         f"{LOGS}/shear/{{simulation}}.log",
+    threads: 1
+    resources:
+        checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
+        runtime=simulation_runtime,
+        mem_mb=simulation_memory,
     params:
         row=simulation_row,
         settings=simulation_settings,
         engine=ENGINE,
+        checkpoint=f"{RESULTS}/checkpoints/{{simulation}}.npz",
     message:
         "Consolidate the slice and shear it: simulation {wildcards.simulation}."
     script:

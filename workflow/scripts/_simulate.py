@@ -6,6 +6,7 @@ import traceback
 
 import numpy as np
 
+from _checkpoint import Checkpoint
 from _provenance import versions
 from dem import SimulationError
 from dem.experiments.soil import Engine, Soil
@@ -32,14 +33,17 @@ class Progress:
     """Prints a line every few seconds: stage, simulated time, steps, speed."""
 
     def __init__(self):
-        self.start = self.last = time.monotonic()
+        self.first_step = None
 
     def __call__(self, simulation, stage: str) -> None:
         """Report one look at the simulation."""
         now = time.monotonic()
+        if self.first_step is None:
+            self.start = self.last = now
+            self.first_step = simulation.n_steps
         if now - self.last >= PROGRESS_S:
             self.last = now
-            speed = simulation.n_steps * simulation.n_grains / (now - self.start) / 1e6
+            speed = (simulation.n_steps - self.first_step) * simulation.n_grains / (now - self.start) / 1e6
             print(f"{stage}: t = {simulation.time_s:.4f} s, step {simulation.n_steps}, {speed:.1f} M grain-steps/s")
 
 
@@ -69,15 +73,20 @@ def one_row(values: dict) -> dict[str, list]:
     return {name: [value] for name, value in values.items()}
 
 
-def recorded(simulate):
-    """Run `simulate()`; returns (result, None, seconds), or (None, reason, seconds) when the parameters do not work."""
-    start = time.perf_counter()
+def recorded(run, soil, setup, engine, seed: int, checkpoint: Checkpoint):
+    """Run an experiment, from its checkpoint if there is one.
+
+    Returns (result, None, seconds), or (None, reason, seconds) when the parameters do not work. Ends the job after a signal.
+    """
+    state = checkpoint.state()
     try:
-        result, reason = simulate(), None
+        with checkpoint.on_signals():
+            result = run(soil, setup, engine, seed, each=Progress(), state=state, keep=checkpoint.keep)
+        reason = None
     except FAILURES as error:
         traceback.print_exc()
         result, reason = None, str(error)
-    return result, reason, time.perf_counter() - start
+    return result, reason, checkpoint.spent_s
 
 
 def write_timing(path: str, seconds: float) -> None:

@@ -2,9 +2,9 @@
 
 import math
 
+from _checkpoint import Checkpoint
 from _log import log_to
 from _simulate import (
-    Progress,
     empty_columns,
     empty_grains,
     engine_of,
@@ -30,13 +30,15 @@ HISTORY = (
 )
 
 
-def main(row, settings, engine, output):
+def main(row, settings, engine, output, checkpoint_path, checkpoint_interval_s):
+    source = provenance(row, settings, engine)
+    checkpoint = Checkpoint(checkpoint_path, checkpoint_interval_s, source)
     soil = soil_of(row)
     setup = direct_shear.Setup(normal_stress_pa=row["normal_stress_pa"], **settings["setup"])
     number, gravity = settings["softening"]["shear_stiffness_number"], settings["engine"]["gravity_m_s2"]
     reduction = direct_shear.stiffness_reduction(soil, setup, number, gravity)
     numerics = engine_of(settings, reduction)
-    shear, reason, seconds = recorded(lambda: direct_shear.run(soil, setup, numerics, row["seed"], each=Progress()))
+    shear, reason, seconds = recorded(direct_shear.run, soil, setup, numerics, row["seed"], checkpoint)
     if shear is None:
         run = {"status": "failed", **dict.fromkeys(RUN_KEYS, math.nan), "n_particles": 0, "n_steps": 0}
         before = after = empty_grains()
@@ -51,14 +53,21 @@ def main(row, settings, engine, output):
         "stiffness_reduction": reduction,
         **run,
     }
-    source = provenance(row, settings, engine)
     write_table(before, output.before, "grains", source)
     write_table(after, output.after, "grains", source)
     write_table(history, output.history, "shear_history", source)
     write_table(one_row(run), output.run, "shear_run", source)
     write_timing(output.timing, seconds)
+    checkpoint.remove()
 
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
-    main(snakemake.params.row, snakemake.params.settings, snakemake.params.engine, snakemake.output)
+    main(
+        snakemake.params.row,
+        snakemake.params.settings,
+        snakemake.params.engine,
+        snakemake.output,
+        snakemake.params.checkpoint,
+        snakemake.resources.checkpoint_interval_s,
+    )

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 from dem import Box, Factory, Grains, Simulation, SimulationError, Tube, TubeRegion
 from dem.experiments.soil import Engine, Soil
+from dem.experiments.state import State, steps_in
 
 #: Settling takes a few free-fall times of the column; after this many it goes on regardless (frictionless soils slosh for long).
 SETTLE_FALL_TIMES = 12.0
@@ -106,48 +107,70 @@ def is_flat(grains: Grains, n_particles: int) -> bool:
     return few or height_m(grains) < FLAT_HEIGHT_RATIO * 2.0 * float(grains.radii_m.mean())
 
 
-def run(soil: Soil, setup: Setup, engine: Engine, seed: int, each: Callable[[Simulation, str], None] | None = None) -> Heap:
-    """Make one heap.
-
-    `each(simulation, stage)` is called every 500 steps. Raises dem.SimulationError when the run is worthless.
-    """
+def start(soil: Soil, setup: Setup, engine: Engine, seed: int) -> State:
+    """The test at its beginning: grains about to drop."""
     simulation = build(soil, setup, engine, seed)
-    overlaps = [0.0]
+    column_m = float(simulation.grains.positions_m[:, 2].max())
+    settle_time = SETTLE_FALL_TIMES * (2.0 * column_m / engine.gravity_m_s2) ** 0.5
+    return State(simulation, "fill", steps_in(settle_time, simulation), {"max_overlap_ratio": 0.0})
 
-    def look(stage):
+
+def lift(state: State, soil: Soil, setup: Setup) -> None:
+    """Have the tube rise from now on; the filled grains are remembered."""
+    simulation = state.simulation
+    if simulation.n_left:
+        raise SimulationError(f"{simulation.n_left} grains left the tube while it was filled")
+    state.note_grains("filled", simulation.grains)
+    state.notes["lift_time_s"] = simulation.time_s
+    simulation.set_interaction("soil", "soil", soil.interaction())
+    simulation.move_wall("tube", (0.0, 0.0, setup.lift_speed_m_s))
+    state.begin("lift", steps_in(setup.max_time_s, simulation))
+
+
+def run(
+    soil: Soil,
+    setup: Setup,
+    engine: Engine,
+    seed: int,
+    each: Callable[[Simulation, str], None] | None = None,
+    *,
+    state: State | None = None,
+    keep: Callable[[State], None] | None = None,
+) -> Heap:
+    """Make one heap, or finish one that was interrupted in a state.
+
+    `each(simulation, stage)` is called every 500 steps, then `keep(state)`, which may save the state (or raise, to stop).
+    A run that goes on from a state ends as it would have without the interruption, bit for bit.
+    Raises dem.SimulationError when the run is worthless.
+    """
+    n = setup.n_particles
+    state = start(soil, setup, engine, seed) if state is None else state
+    simulation = state.simulation
+
+    def look(until):
         def call(current):
-            overlaps.append(current.largest_overlap_ratio())
+            current.notes["max_overlap_ratio"] = max(current.notes["max_overlap_ratio"], simulation.largest_overlap_ratio())
             if each is not None:
-                each(current, stage)
+                each(simulation, current.stage)
+            return until(simulation)
 
         return call
 
-    column_m = float(simulation.grains.positions_m[:, 2].max())
-    settle_time = SETTLE_FALL_TIMES * (2.0 * column_m / engine.gravity_m_s2) ** 0.5
-    simulation.run(settle_time, until=lambda s: s.is_static(SETTLED_ENERGY_RATIO), each=look("fill"))
-    if simulation.n_left:
-        raise SimulationError(f"{simulation.n_left} grains left the tube while it was filled")
-    filled = simulation.grains
-    simulation.set_interaction("soil", "soil", soil.interaction())
-
-    simulation.move_wall("tube", (0.0, 0.0, setup.lift_speed_m_s))
-    start = simulation.time_s
-    n = setup.n_particles
-    ended = simulation.run(
-        setup.max_time_s,
-        until=lambda s: tube_is_clear(s) and (is_flat(s.grains, n) or s.is_static(STATIC_ENERGY_RATIO)),
-        each=look("lift"),
-    )
+    if state.stage == "fill":
+        state.go_on(look(lambda s: s.is_static(SETTLED_ENERGY_RATIO)), keep)
+        lift(state, soil, setup)
+    at_rest = look(lambda s: tube_is_clear(s) and (is_flat(s.grains, n) or s.is_static(STATIC_ENERGY_RATIO)))
+    ended = state.go_on(at_rest, keep)
     if is_flat(simulation.grains, n):
         status = "flat"
     else:
         status = "static" if ended else "time_limit"
     return Heap(
         status=status,
-        filled=filled,
+        filled=state.noted_grains("filled"),
         grains=simulation.grains,
         n_lost=simulation.n_left,
         n_steps=simulation.n_steps,
-        simulated_time_s=simulation.time_s - start,
-        max_overlap_ratio=max(overlaps),
+        simulated_time_s=simulation.time_s - state.notes["lift_time_s"],
+        max_overlap_ratio=state.notes["max_overlap_ratio"],
     )

@@ -17,6 +17,7 @@ import numpy as np
 
 from dem import ENDLESS_M, Box, BoxRegion, Drive, Factory, Grains, Simulation, SimulationError
 from dem.experiments.soil import Engine, Soil
+from dem.experiments.state import State, steps_in
 
 LOWER = ("floor", "lower_left", "lower_right", "lower_flange")
 UPPER = ("upper_left", "upper_right", "upper_flange")
@@ -163,19 +164,20 @@ def inertial_time(soil: Soil, setup: Setup) -> float:
     return 2.0 * soil.radius_m * math.sqrt(soil.density_kg_m3 / setup.normal_stress_pa)
 
 
-def consolidate(simulation: Simulation, soil: Soil, setup: Setup, each) -> None:
-    """Let the lid press the grains together until it stands still, with the specimen's preparation friction."""
+def start(soil: Soil, setup: Setup, engine: Engine, seed: int) -> State:
+    """The test at its beginning: the lid about to press the grains together, with the specimen's preparation friction."""
+    simulation = build(soil, setup, engine, seed)
     for other in ("soil", "plate"):
         simulation.set_interaction("soil", other, soil.prepared(setup.preparation_friction_ratio))
-    heights = [math.inf]
+    steps = steps_in(CONSOLIDATION_TIMES * inertial_time(soil, setup), simulation)
+    return State(simulation, "consolidate", steps, {"n_particles": simulation.n_grains, "lid_height_m": math.inf})
 
-    def still(current):
-        heights.append(current.wall("lid").low_m[2])
-        return abs(heights[-1] - heights[-2]) < STILL_RATIO * soil.radius_m and current.n_steps > 5000
 
-    simulation.run(CONSOLIDATION_TIMES * inertial_time(soil, setup), until=still, each=each)
-    for other in ("soil", "plate"):
-        simulation.set_interaction("soil", other, soil.interaction())
+def lid_is_still(state: State, radius_m: float) -> bool:
+    """Whether the lid has stopped moving since the last look."""
+    height, last = state.simulation.wall("lid").low_m[2], state.notes["lid_height_m"]
+    state.notes["lid_height_m"] = height
+    return abs(height - last) < STILL_RATIO * radius_m and state.simulation.n_steps > 5000
 
 
 def split(simulation: Simulation, setup: Setup) -> float:
@@ -220,45 +222,83 @@ def record(simulation: Simulation, setup: Setup, mid: float, displacement: float
     }
 
 
-def run(soil: Soil, setup: Setup, engine: Engine, seed: int, each: Callable[[Simulation, str], None] | None = None) -> Shear:
-    """Consolidate, shear, and return the record.
+def sample_steps(soil: Soil, setup: Setup, simulation: Simulation) -> int:
+    """Steps between two samples."""
+    distance = setup.displacement_ratio * setup.scale_radius_m
+    return max(1, math.ceil(distance / N_SAMPLES / shear_speed(soil, setup) / simulation.time_step_s))
+
+
+def shear(state: State, soil: Soil, setup: Setup) -> None:
+    """Split the box of the consolidated grains, which are remembered, and have the lower frame move from now on."""
+    simulation = state.simulation
+    for other in ("soil", "plate"):
+        simulation.set_interaction("soil", other, soil.interaction())
+    state.notes |= {
+        "mid_m": split(simulation, setup),
+        "top_m": simulation.wall("lid").low_m[2],
+        "start_time_s": simulation.time_s,
+        "samples": [],
+        "max_overlap_ratio": 0.0,
+    }
+    state.note_grains("before", simulation.grains)
+    for name in LOWER:
+        simulation.move_wall(name, (shear_speed(soil, setup), 0.0, 0.0))
+    state.begin("shear", N_SAMPLES * sample_steps(soil, setup, simulation))
+
+
+def run(
+    soil: Soil,
+    setup: Setup,
+    engine: Engine,
+    seed: int,
+    each: Callable[[Simulation, str], None] | None = None,
+    *,
+    state: State | None = None,
+    keep: Callable[[State], None] | None = None,
+) -> Shear:
+    """Consolidate, shear, and return the record; or finish a test that was interrupted in a state.
+
+    `each(simulation, stage)` is called every 500 steps and at every sample, then `keep(state)`, which may save the state (or
+    raise, to stop). A run that goes on from a state ends as it would have without the interruption, bit for bit.
 
     Raises
     ------
     dem.SimulationError : the run blew up, or grains leaked out of the box.
     """
-    simulation = build(soil, setup, engine, seed)
-    n_particles = simulation.n_grains
-    consolidate(simulation, soil, setup, None if each is None else lambda s: each(s, "consolidate"))
-    mid = split(simulation, setup)
-    before, top = simulation.grains, simulation.wall("lid").low_m[2]
-    solid = 4.0 / 3.0 * math.pi * float((before.radii_m**3).sum()) / (setup.area_m2 * top)
+    state = start(soil, setup, engine, seed) if state is None else state
+    simulation, speed = state.simulation, shear_speed(soil, setup)
 
-    speed = shear_speed(soil, setup)
-    for name in LOWER:
-        simulation.move_wall(name, (speed, 0.0, 0.0))
-    distance = setup.displacement_ratio * setup.scale_radius_m
-    steps = max(1, math.ceil(distance / N_SAMPLES / speed / simulation.time_step_s))
-    start_time, samples, overlaps = simulation.time_s, [], []
-    for _ in range(N_SAMPLES):
-        simulation.advance(steps)
-        samples.append(record(simulation, setup, mid, speed * (simulation.time_s - start_time)))
-        overlaps.append(simulation.largest_overlap_ratio())
+    def consolidating(current):
+        if each is not None:
+            each(simulation, "consolidate")
+        return lid_is_still(current, soil.radius_m)
+
+    def sampling(current):
+        notes = current.notes
+        notes["samples"].append(record(simulation, setup, notes["mid_m"], speed * (simulation.time_s - notes["start_time_s"])))
+        notes["max_overlap_ratio"] = max(notes["max_overlap_ratio"], simulation.largest_overlap_ratio())
         if each is not None:
             each(simulation, "shear")
         if simulation.n_left:
             raise SimulationError(f"{simulation.n_left} grains leaked out of the shear box")
-    after = simulation.grains
+        return False
+
+    if state.stage == "consolidate":
+        state.go_on(consolidating, keep)
+        shear(state, soil, setup)
+    state.go_on(sampling, keep, sample_steps(soil, setup, simulation))
+    notes, before, after = state.notes, state.noted_grains("before"), simulation.grains
+    samples, top = notes["samples"], notes["top_m"]
     return Shear(
         history={name: np.array([sample[name] for sample in samples]) for name in samples[0]},
         before=before,
         after=after,
-        n_particles=n_particles,
+        n_particles=notes["n_particles"],
         n_steps=simulation.n_steps,
         simulated_time_s=simulation.time_s,
-        solid_fraction=solid,
-        lid_slip_ratio=lid_slip(before, after, top, speed * (simulation.time_s - start_time), soil.radius_m),
-        max_overlap_ratio=max(overlaps),
+        solid_fraction=4.0 / 3.0 * math.pi * float((before.radii_m**3).sum()) / (setup.area_m2 * top),
+        lid_slip_ratio=lid_slip(before, after, top, speed * (simulation.time_s - notes["start_time_s"]), soil.radius_m),
+        max_overlap_ratio=notes["max_overlap_ratio"],
     )
 
 

@@ -1,0 +1,55 @@
+"""A test under way: what is saved of it at a look, so that it goes on from there as if never interrupted."""
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+
+from dem import Grains, Simulation
+
+#: Steps between two looks, unless a test has its own rhythm.
+LOOK_STEPS = 500
+
+
+@dataclass
+class State:
+    """All that the rest of a test depends on: the simulation, the stage, the step at which the stage ends at the latest.
+
+    notes: what the test remembers of the way so far; arrays, and plain values that JSON can hold (see `dem.save`).
+    """
+
+    simulation: Simulation
+    stage: str
+    end_step: int
+    notes: dict = field(default_factory=dict)
+
+    def begin(self, stage: str, n_steps: int) -> None:
+        """Begin a stage of at most n_steps."""
+        self.stage, self.end_step = stage, self.simulation.n_steps + n_steps
+
+    def go_on(self, look: Callable[["State"], bool], keep: Callable[["State"], None] | None, every_steps: int = LOOK_STEPS) -> bool:
+        """Run the stage, or what is left of it; returns whether `look(state)`, called every so many steps, ended it.
+
+        `keep(state)` is called when the stage goes on after a look: only then may the state be saved.
+        """
+        while self.simulation.n_steps < self.end_step:
+            self.simulation.advance(min(every_steps, self.end_step - self.simulation.n_steps))
+            if look(self):
+                return True
+            if keep is not None:
+                keep(self)
+        return False
+
+    def note_grains(self, name: str, grains: Grains) -> None:
+        """Remember grains under a name."""
+        self.notes |= {f"{name}.{key}": values for key, values in asdict(grains).items()}
+
+    def noted_grains(self, name: str) -> Grains:
+        """The grains that were remembered under a name."""
+        return Grains(**{key: np.asarray(self.notes[f"{name}.{key}"]) for key in Grains.__dataclass_fields__})
+
+
+def steps_in(duration_s: float, simulation: Simulation) -> int:
+    """Steps that a duration takes, as `Simulation.run` counts them."""
+    return math.ceil(duration_s / simulation.time_step_s - 1e-9)

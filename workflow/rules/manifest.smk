@@ -1,0 +1,28 @@
+# What a finished study consists of, and whether it is still so.
+
+
+rule manifest:
+    input:
+        report=f"{RESULTS}/report.html",
+        calibration=f"{RESULTS}/calibration.parquet",
+        exports=expand(f"{RESULTS}/export/{{case}}/material.json", case=CASES),
+    output:
+        manifest=f"{RESULTS}/manifest.sha256",
+    log:
+        f"{LOGS}/manifest.log",
+    message:
+        "List every file of the finished study with its SHA-256."
+    script:
+        "../scripts/manifest.py"
+
+
+# No input: what a rule reads may be made anew first, and a file that was changed by hand would go into a new manifest.
+rule verify_results:
+    log:
+        f"{LOGS}/verify_results.log",
+    params:
+        folder=RESULTS,
+    message:
+        "Compare every file of the study with its manifest."
+    script:
+        "../scripts/verify_results.py"

@@ -1,0 +1,23 @@
+"""Adapt rule `verify_results` to `_manifest`: one line for every file that is not as it was written; any such fails the job."""
+
+import sys
+
+from _manifest import ManifestError, differences
+
+
+def main(folder):
+    try:
+        lines = differences(folder)
+    except ManifestError as error:
+        lines = [str(error)]
+    for line in lines:
+        print(line, flush=True)
+    if not lines:
+        print(f"{folder}: all files are as they were written", flush=True)
+    return int(bool(lines))
+
+
+if __name__ == "__main__":
+    # what it finds is for the person who asks; only errors go to the log
+    sys.stderr = open(snakemake.log[0], "w", buffering=1, encoding="utf-8")  # noqa: SIM115 (open until the process ends)
+    sys.exit(main(snakemake.params.folder))
