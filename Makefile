@@ -35,6 +35,9 @@ format: setup  ## rewrite Python and Snakemake files in the project's style
 	$(BIN)/ruff format .
 	$(BIN)/snakefmt Snakefile workflow
 
+status:  ## how far a campaign is, while it runs or after: STUDY=<name>, default if none is given
+	@$(BIN)/python workflow/scripts/status.py $(if $(STUDY),--study $(STUDY))
+
 smoke: setup  ## the whole workflow in about two minutes, with few grains
 	$(BIN)/snakemake -c$(CORES) all --configfile config/smoke.yaml
 
@@ -76,5 +79,5 @@ lock: setup  ## resolve the newest versions of all dependencies into requirement
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## */\1\t/' | expand -t 12
 
-.PHONY: campaign setup test lint format smoke paper reference twin first-answer verify verify-peers paper-optima bench \
+.PHONY: campaign status setup test lint format smoke paper reference twin first-answer verify verify-peers paper-optima bench \
 	bench-quick bench-scale lock help
