@@ -4,6 +4,7 @@ import sys
 sys.path.insert(0, str(Path(workflow.basedir) / "workflow" / "scripts"))
 
 from _study import (
+    base_simulation,
     check_config,
     check_soils,
     experiment_settings,
@@ -55,9 +56,11 @@ wildcard_constraints:
 
 localrules:
     all,
+    animations,
     design,
     first_answer,
     measure_soils,
+    paraview,
 
 
 def simulation_row(wildcards):
