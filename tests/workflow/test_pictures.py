@@ -73,14 +73,14 @@ def test_a_film_is_a_gif_in_which_the_grains_move(tmp_path):
 
 def test_a_cut_shows_only_the_half_behind_the_plane():
     drawn = []
-    frame = _animation.Frame(0.0, grains_at([[0, -1, 0], [0, 1, 0], [1, 2, 0]]), np.arange(3), {})
+    frame = _animation.Frame(0.0, grains_at([[0, -1, 0], [0, 1, 0], [1, 2, 0]]), np.array([0, 2, 3]), {})
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(_animation, "draw_grains", lambda axes, grains, colour, **_: drawn.append((grains, colour)))
         axes = SimpleNamespace(clear=lambda: None, set=lambda **_: None)
-        _animation.draw_frame(axes, frame, np.array([0.0, 1.0, 2.0]), ((0, 1), (0, 1)), "", cut=True)
+        _animation.draw_frame(axes, frame, np.array([0.0, 1.0, 2.0, 3.0]), ((0, 1), (0, 1)), "", cut=True)
     ((grains, colour),) = drawn
     assert grains["y_m"].tolist() == [1.0, 2.0]
-    assert colour.tolist() == [1.0, 2.0]
+    assert colour.tolist() == [2.0, 3.0]
 
 
 @pytest.mark.parametrize("experiment", ["repose", "shear"])
