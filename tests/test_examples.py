@@ -41,6 +41,14 @@ def test_calibration_by_hand_finds_the_heap_and_draws_it(tmp_path):
         assert len(np.unique(view.reshape(-1, 3), axis=0)) > 500
 
 
+def test_frictionless_grains_pack_as_spheres_do_and_rough_ones_more_loosely():
+    command = [sys.executable, "docs/examples/loose_density.py"]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    smooth, medium, rough = map(float, re.findall(r"solid fraction ([\d.]+)", result.stdout))
+    assert abs(smooth - 0.6366) < 0.015  # Scott & Kilgour 1969; the core holds some 500 grains
+    assert 0.45 < rough < medium - 0.03 < smooth - 0.06
+
+
 def test_make_help_names_every_target_the_readme_uses():
     help_text = subprocess.run(["make", "help"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
     targets = {line.split()[0] for line in help_text.splitlines()}
