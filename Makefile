@@ -7,6 +7,9 @@ READY := .venv/ready
 REFERENCE := soil repose shear strength screening reachability calibration iterations minima posterior equivalents \
 	identifiability verification sensitivity coverage
 
+# what `make docs` describes
+API := dem dem.experiments dem.measure dem.contact dem.energy calibration exports
+
 .DEFAULT_GOAL := campaign
 
 campaign: setup  ## the whole method at its default settings: results/default/report.html
@@ -34,6 +37,9 @@ format: setup  ## rewrite Python and Snakemake files in the project's style
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 	$(BIN)/snakefmt Snakefile workflow
+
+status:  ## how far a campaign is, while it runs or after: STUDY=<name>, default if none is given
+	@$(BIN)/python workflow/scripts/status.py $(if $(STUDY),--study $(STUDY))
 
 smoke: setup  ## the whole workflow in about two minutes, with few grains
 	$(BIN)/snakemake -c$(CORES) all --configfile config/smoke.yaml
@@ -71,6 +77,10 @@ bench-scale: setup  ## cost per grain from 3000 to 300 000 grains; one large sim
 verify-peers: setup  ## heap, shear test and rolling contact beside LIGGGHTS (apt-get install liggghts)
 	$(BIN)/python -m verification.peers --cores $(CORES)
 
+docs: setup  ## what the packages offer, from their docstrings: build/api/index.html
+	$(BIN)/pip install --quiet --no-build-isolation --editable .[docs]
+	$(BIN)/python -W error -m pdoc --docformat numpy --output-directory build/api $(API)
+
 lock: setup  ## resolve the newest versions of all dependencies into requirements.lock
 	$(BIN)/pip install --quiet pip-tools
 	$(BIN)/pip-compile --quiet --upgrade --extra dev --allow-unsafe --no-header --no-annotate --no-emit-index-url --no-emit-find-links \
@@ -79,5 +89,5 @@ lock: setup  ## resolve the newest versions of all dependencies into requirement
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## */\1\t/' | expand -t 12
 
-.PHONY: campaign setup test lint format smoke paper reference twin first-answer verify-results verify verify-peers paper-optima bench \
-	bench-quick bench-scale lock help
+.PHONY: campaign status setup test lint format smoke paper reference twin first-answer verify-results verify verify-peers \
+	paper-optima bench bench-quick bench-scale docs lock help

@@ -21,6 +21,7 @@ include: "workflow/rules/checks.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/export.smk"
 include: "workflow/rules/manifest.smk"
+include: "workflow/rules/pictures.smk"
 include: "workflow/rules/first_answer.smk"
 include: "workflow/rules/verification.smk"
 

@@ -6,6 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+from PIL import Image
+
 import dem
 
 ROOT = Path(__file__).parents[1]
@@ -21,6 +24,29 @@ def test_the_heap_example_pours_a_heap():
     result = subprocess.run([sys.executable, "docs/examples/heap.py"], cwd=ROOT, capture_output=True, text=True, check=True)
     angle = float(re.search(r"angle of repose ([\d.]+) deg", result.stdout).group(1))
     assert 20 < angle < 45
+
+
+def test_calibration_by_hand_finds_the_heap_and_draws_it(tmp_path):
+    picture = tmp_path / "heap.png"
+    command = [sys.executable, "docs/examples/calibrate_by_hand.py", str(picture)]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    angles = {float(r): float(angle) for r, angle in re.findall(r"friction ([\d.]+): angle of repose ([\d.]+)", result.stdout)}
+    assert len(angles) == 5
+    assert angles[0.1] < angles[0.3]
+    best = float(re.search(r"nearest to 30 deg: rolling friction ([\d.]+)", result.stdout).group(1))
+    assert abs(angles[best] - 30.0) < 5.0
+    with Image.open(picture) as drawn:
+        side, above = np.array_split(np.asarray(drawn.convert("RGB")), 2, axis=1)
+    for view in (side, above):  # grains in the shades of their depth, not an empty figure
+        assert len(np.unique(view.reshape(-1, 3), axis=0)) > 500
+
+
+def test_frictionless_grains_pack_as_spheres_do_and_rough_ones_more_loosely():
+    command = [sys.executable, "docs/examples/loose_density.py"]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    smooth, medium, rough = map(float, re.findall(r"solid fraction ([\d.]+)", result.stdout))
+    assert abs(smooth - 0.6366) < 0.015  # Scott & Kilgour 1969; the core holds some 500 grains
+    assert 0.45 < rough < medium - 0.03 < smooth - 0.06
 
 
 def test_make_help_names_every_target_the_readme_uses():

@@ -5,6 +5,7 @@ sys.path.insert(0, str(Path(workflow.basedir) / "workflow" / "scripts"))
 
 from _cost import memory_mb, runtime_min
 from _study import (
+    base_simulation,
     check_config,
     check_soils,
     experiment_settings,
@@ -58,11 +59,13 @@ wildcard_constraints:
 
 localrules:
     all,
+    animations,
     design,
     first_answer,
     manifest,
     measure_soils,
     verify_results,
+    paraview,
 
 
 def simulation_row(wildcards):

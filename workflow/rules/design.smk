@@ -6,6 +6,8 @@ rule design:
         table=f"{RESULTS}/design.parquet",
     log:
         f"{LOGS}/design.log",
+    # first of all, so that `make status` knows what is to come
+    priority: 1
     params:
         simulations=SIMULATIONS,
     message:

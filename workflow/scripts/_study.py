@@ -80,6 +80,18 @@ def plain_rows(table) -> dict[str, dict]:
     return rows
 
 
+def base_simulation(config: dict, rows: dict[str, dict], experiment: str) -> dict:
+    """The campaign's simulation at the grid point nearest to the base set: its first seed, the largest normal stress."""
+    grid = [
+        row
+        for row in rows.values()
+        if row["experiment"] == experiment and row["fidelity"] == "campaign" and "grid" in row["purposes"]
+    ]
+    nearest = min(grid, key=lambda row: sum(abs(row[name] - config["material"][name]) for name in config["design"]["grid"]))
+    same = [row for row in grid if row["point_id"] == nearest["point_id"] and row["seed"] == nearest["seed"]]
+    return max(same, key=lambda row: row["normal_stress_pa"] or 0.0)
+
+
 def proposed_simulations(results: str, stage: str = "") -> dict[str, dict]:
     """simulation_id -> design row of what the later stages simulate: of one stage, or of all that are planned so far."""
     folders = [results + stage] if stage else [f"{results}/verification", *sorted(map(str, Path(results).glob("rounds/*")))]

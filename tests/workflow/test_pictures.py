@@ -1,0 +1,126 @@
+"""Moving pictures and files for ParaView: they show the simulation that was run, grain by grain."""
+
+from types import SimpleNamespace
+
+import meshio
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from PIL import Image
+
+import _animation
+import animate
+import grains_vtu
+from _report import base_point
+from _simulate import empty_grains, grain_table
+from _study import ROOT, base_simulation, experiment_settings, simulations
+from _tables import TableError, write_table
+from dem import Box, Grains, Tube
+
+CONFIG = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+
+
+def grains_at(places, velocities=None):
+    places = np.array(places, float)
+    velocities = np.zeros_like(places) if velocities is None else np.array(velocities, float)
+    return Grains(places, velocities, np.zeros_like(places), np.full(len(places), 1e-3))
+
+
+def test_grains_that_fell_off_the_plate_do_not_change_the_others_numbers():
+    before = grains_at(
+        [[0, 0, 0.5], [9, 0, -0.1], [1, 0, 0.1], [9, 1, 0.1], [2, 0, 0.1]], [[0, 0, 0]] * 3 + [[0, 0, -50], [0, 0, 0]]
+    )
+    after = grains_at([[0, 0, 0.5], [1, 0, 0.1], [2, 0, 0.1]])
+    assert _animation.still_there(before, after, 0.01).tolist() == [0, 2, 4]
+    film = _animation.Film("lift")
+    for time_s, grains in ((0.0, before), (0.01, after), (0.02, after)):
+        film(SimpleNamespace(grains=grains, time_s=time_s, wall_names=[]), "lift")
+    assert [frame.numbers.tolist() for frame in film.frames] == [[0, 1, 2, 3, 4], [0, 2, 4], [0, 2, 4]]
+
+
+def test_a_film_shows_one_stage_evenly_from_its_first_look_to_its_last():
+    film = _animation.Film("lift")
+    grains = grains_at([[0, 0, 1]])
+    for k in range(1000):
+        film(SimpleNamespace(grains=grains, time_s=0.1 * k, wall_names=[]), "fill" if k < 100 else "lift")
+    times = [frame.time_s for frame in film.shown()]
+    assert len(times) == _animation.N_FRAMES
+    assert (times[0], times[-1]) == (pytest.approx(10.0), pytest.approx(99.9))
+    assert np.ptp(np.diff(times)) < 0.11
+
+
+def test_a_film_is_a_gif_in_which_the_grains_move(tmp_path):
+    walls = {
+        "tube": Tube(name="tube", material="m", radius_m=2e-3, bottom_m=0.0, top_m=1.0),
+        "plate": Box(name="plate", material="m", low_m=(-1, -1, 0), high_m=(1, 1, 0)),
+    }
+    frames = [_animation.Frame(k, grains_at([[1e-3 * k, 0.1, 1e-3], [0, 0.1, 5e-3]]), np.arange(2), walls) for k in (0, 1, 2)]
+    path = tmp_path / "film.gif"
+    _animation.write_gif(str(path), frames, np.array([0.0, 1.0]), lambda frame: f"{frame.time_s} s")
+    with Image.open(path) as film:
+        assert film.n_frames == 3
+        pictures = []
+        for k in range(3):
+            film.seek(k)
+            pictures.append(np.asarray(film.convert("RGB"), int))
+    # two grains in viridis' first and last colour, the dark one further right in each picture
+    yellow, dark = np.array([253, 231, 36]), np.array([68, 1, 84])
+    columns = [np.nonzero((np.abs(picture - dark) < 12).all(axis=2))[1].mean() for picture in pictures]
+    assert columns[0] + 5 < columns[1] < columns[2] - 5
+    assert all((np.abs(picture - yellow) < 12).all(axis=2).sum() > 50 for picture in pictures)
+
+
+def test_a_cut_shows_only_the_half_behind_the_plane():
+    drawn = []
+    frame = _animation.Frame(0.0, grains_at([[0, -1, 0], [0, 1, 0], [1, 2, 0]]), np.array([0, 2, 3]), {})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(_animation, "draw_grains", lambda axes, grains, colour, **_: drawn.append((grains, colour)))
+        axes = SimpleNamespace(clear=lambda: None, set=lambda **_: None)
+        _animation.draw_frame(axes, frame, np.array([0.0, 1.0, 2.0, 3.0]), ((0, 1), (0, 1)), "", cut=True)
+    ((grains, colour),) = drawn
+    assert grains["y_m"].tolist() == [1.0, 2.0]
+    assert colour.tolist() == [2.0, 3.0]
+
+
+@pytest.mark.parametrize("experiment", ["repose", "shear"])
+def test_the_film_is_of_the_simulation_that_the_report_draws(experiment):
+    rows = simulations(CONFIG)
+    table = pd.DataFrame([row for row in rows.values() if row["experiment"] == experiment])
+    at_base = base_point(table, CONFIG)
+    shown = at_base[at_base["seed"] == at_base["seed"].iloc[0]].iloc[-1]
+    assert base_simulation(CONFIG, rows, experiment)["simulation_id"] == shown["simulation_id"]
+
+
+@pytest.mark.parametrize("experiment", ["repose", "shear"])
+def test_each_experiment_is_filmed(experiment, tmp_path, monkeypatch):
+    monkeypatch.setattr(_animation, "N_FRAMES", 4)
+    monkeypatch.setattr(_animation, "LAST_REPEATED", 1)
+    row = base_simulation(CONFIG, simulations(CONFIG), experiment)
+    settings = experiment_settings(CONFIG, row)
+    small = {
+        "repose": {"n_particles": 150, "tube_diameter_ratio": 6.0, "max_time_s": 0.02, "lift_speed_m_s": 5e-2},
+        "shear": {"length_ratio": 16.0, "height_ratio": 10.0, "displacement_ratio": 1.0},
+    }
+    settings["setup"] |= small[experiment]
+    path = tmp_path / "film.gif"
+    getattr(animate, f"animate_{experiment}")(row, settings, str(path))
+    with Image.open(path) as film:
+        assert film.n_frames == 4
+
+
+def test_grains_for_paraview_are_read_back_as_they_were_stored(tmp_path):
+    grains = grains_at(np.random.default_rng(1).random((5, 3)))
+    write_table(grain_table(grains) | {"speed_m_s": np.arange(5.0)}, str(tmp_path / "grains.parquet"), "grains", {})
+    grains_vtu.main(str(tmp_path / "grains.parquet"), str(tmp_path / "grains.vtu"))
+    mesh = meshio.read(tmp_path / "grains.vtu")
+    assert np.array_equal(mesh.points, grains.positions_m)
+    data = {name: values.tolist() for name, values in mesh.point_data.items()}
+    assert data == {"radius_m": [1e-3] * 5, "speed_m_s": [0.0, 1.0, 2.0, 3.0, 4.0]}
+    assert [(block.type, block.data.ravel().tolist()) for block in mesh.cells] == [("vertex", [0, 1, 2, 3, 4])]
+
+
+def test_a_failed_simulation_has_nothing_for_paraview_and_says_so(tmp_path):
+    write_table(empty_grains(), str(tmp_path / "grains.parquet"), "grains", {})
+    with pytest.raises(TableError, match="holds no grains, as its simulation failed"):
+        grains_vtu.main(str(tmp_path / "grains.parquet"), str(tmp_path / "grains.vtu"))

@@ -1,0 +1,56 @@
+# Not part of `all`: moving pictures of both tests at the base point, and stored grains for ParaView.
+
+EXPERIMENTS = ["repose", "shear"]
+# the moments of each experiment of which the grains are stored
+MOMENTS = {"repose": ["filled", "grains"], "shear": ["grains_before", "grains_after"]}
+
+
+wildcard_constraints:
+    experiment="|".join(EXPERIMENTS),
+    moment="|".join([moment for moments in MOMENTS.values() for moment in moments]),
+
+
+rule animations:
+    input:
+        expand(f"{RESULTS}/animations/{{experiment}}.gif", experiment=EXPERIMENTS),
+
+
+rule animate:
+    input:
+        kernels=f"{RESULTS}/kernels.txt",
+    output:
+        film=f"{RESULTS}/animations/{{experiment}}.gif",
+    log:
+        f"{LOGS}/animations/{{experiment}}.log",
+    params:
+        row=lambda wildcards: base_simulation(config, SIMULATIONS, wildcards.experiment),
+        settings=lambda wildcards: experiment_settings(
+            config, base_simulation(config, SIMULATIONS, wildcards.experiment)
+        ),
+        engine=ENGINE,
+    message:
+        "Simulate the base point's {wildcards.experiment} test once more and film it."
+    script:
+        "../scripts/animate.py"
+
+
+rule paraview:
+    input:
+        [
+            f"{RESULTS}/vtu/{experiment}/{base_simulation(config, SIMULATIONS, experiment)['simulation_id']}/{moment}.vtu"
+            for experiment in EXPERIMENTS
+            for moment in MOMENTS[experiment]
+        ],
+
+
+rule grains_vtu:
+    input:
+        grains=f"{RESULTS}/sims/{{experiment}}/{{simulation}}/{{moment}}.parquet",
+    output:
+        vtu=f"{RESULTS}/vtu/{{experiment}}/{{simulation}}/{{moment}}.vtu",
+    log:
+        f"{LOGS}/vtu/{{experiment}}/{{simulation}}/{{moment}}.log",
+    message:
+        "Write {wildcards.moment} of simulation {wildcards.simulation} for ParaView."
+    script:
+        "../scripts/grains_vtu.py"
