@@ -37,6 +37,7 @@ def looked_at(bottom_m=0.0, top_m=1.0):
 
 def test_shearing_says_exactly_how_much_is_done_and_left(clock, capsys):
     progress = _simulate.Progress()
+    progress(looked_at(), "consolidate")
     for _ in range(direct_shear.N_SAMPLES):
         clock.now += 1.0
         progress(looked_at(), "shear")
@@ -47,6 +48,14 @@ def test_shearing_says_exactly_how_much_is_done_and_left(clock, capsys):
     assert lines[0].endswith(f", {direct_shear.N_SAMPLES - 5} s left")
     assert percents[-1] == 100
     assert not lines[-1].endswith("left")
+
+
+def test_a_saved_test_that_goes_on_promises_nothing(clock, capsys):
+    progress = _simulate.Progress()
+    for _ in range(2):
+        clock.now += 10.0
+        progress(looked_at(), "shear")
+    assert all(line.startswith("shear: t = ") and "left" not in line for line in capsys.readouterr().out.splitlines())
 
 
 def test_time_spent_before_the_stage_does_not_count_for_the_time_left(clock, capsys):

@@ -2,7 +2,6 @@
 
 import json
 import os
-import time
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -138,9 +137,7 @@ def test_a_broken_result_is_failed_and_a_broken_design_is_named(results, tmp_pat
         status.report("study", tmp_path, NOW)
 
 
-def test_four_hundred_simulations_take_less_than_two_seconds(results, tmp_path):
+def test_four_hundred_simulations_are_counted(results, tmp_path):
     for name in plan(results, ["repose"] * 200 + ["shear"] * 200):
         finish(results, "repose" if int(name, 16) < 200 else "shear", name)
-    start = time.perf_counter()
     assert "400 of 400" in status.report("study", tmp_path, NOW)
-    assert time.perf_counter() - start < 2.0

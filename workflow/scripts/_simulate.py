@@ -35,7 +35,7 @@ class Progress:
 
     Percent and time left are those of the stage that the line names, and stand there only when its end is known:
 
-    - shear: a known number of looks, so both are exact as far as the speed is steady.
+    - shear: a known number of looks, so both are exact as far as the speed is steady; neither is known when a saved test goes on.
     - lift: how high the tube's rim is over the highest grain, whose top still sinks: so "about". The heap may go on rolling when
       the tube is clear, so the time left is "at least". It then ends when nothing moves, at no known time.
     - fill, consolidate: end when nothing moves, as a rule long before their time limit, of which a percentage would mean nothing.
@@ -51,6 +51,7 @@ class Progress:
         if self.first_step is None:  # a resumed simulation has made steps before
             self.first_step = simulation.n_steps
         if stage != self.stage:
+            self.whole = self.stage is not None or stage != "shear"
             self.stage, self.n_looks, self.first = stage, 0, None
         self.n_looks += 1
         if now - self.last >= PROGRESS_S or self.first is None:
@@ -67,7 +68,7 @@ class Progress:
     def done(self, simulation) -> float | None:
         """How much of the stage is done (0 to 1); None where its end is not known."""
         if self.stage == "shear":
-            return self.n_looks / direct_shear.N_SAMPLES
+            return self.n_looks / direct_shear.N_SAMPLES if self.whole else None
         if self.stage == "lift":
             top = angle_of_repose.height_m(simulation.grains)
             return simulation.wall("tube").bottom_m / top if top > simulation.wall("tube").bottom_m else 1.0
@@ -76,7 +77,7 @@ class Progress:
     def percent(self, share: float | None) -> str:
         """The share in words, ready to be put before the rest of the line."""
         if share is None:
-            return "until nothing moves, "
+            return "" if self.stage == "shear" else "until nothing moves, "
         if self.stage == "lift":
             return f"about {100.0 * share:.0f} %, " if share < 1.0 else "tube is clear, until nothing moves, "
         return f"{100.0 * share:.0f} %, "
