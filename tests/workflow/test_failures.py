@@ -30,7 +30,9 @@ def config():
         "material": {"radius_m": 1e-3},
         "design": {"geometry": "scaled"},
         "fidelity": {"campaign": fidelity},
-        "engine": {"rolling_model": "type_a", "damping_model": "edem", "precision": "float32", "gravity_m_s2": 9.81},
+        "engine": {
+            "rolling_model": "type_a", "damping_model": "edem", "precision": "float32", "energy_ledger": False, "gravity_m_s2": 9.81,
+        },
         "repose": {
             "n_particles": 60, "tube_diameter_ratio": 5.0, "plate_half_width_ratio": 30.0, "wall_static_friction": None,
             "wall_rolling_friction": None, "max_time_s": 0.05,

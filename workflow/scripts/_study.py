@@ -125,6 +125,7 @@ def experiment_settings(config: dict, row: dict) -> dict:
             "rolling_model": config["engine"]["rolling_model"],
             "damping_model": config["engine"]["damping_model"],
             "precision": config["engine"]["precision"],
+            "energy_ledger": config["engine"]["energy_ledger"],
             "gravity_m_s2": config["engine"]["gravity_m_s2"],
             "time_step_rayleigh_ratio": fidelity[f"{experiment}_time_step_rayleigh_ratio"],
         },

@@ -5,7 +5,7 @@ from dem import compiled, jit
 
 
 def main(settings, marker):
-    compiled.ensure(settings["precision"])
+    compiled.ensure(settings["precision"], energy_ledger=settings["energy_ledger"])
     with open(marker, "w", encoding="utf-8") as file:
         file.write(f"kernels of source {jit.source_hash()} are compiled\n")
 

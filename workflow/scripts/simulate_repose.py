@@ -8,6 +8,8 @@ from _simulate import empty_grains, engine_of, grain_table, one_row, provenance,
 from _tables import write_table
 from dem.experiments import angle_of_repose
 
+MEASURED = ("simulated_time_s", "max_overlap_ratio", "energy_dissipated_j", "energy_residual_ratio")
+
 
 def main(row, settings, engine, output, checkpoint_path, checkpoint_interval_s):
     source = provenance(row, settings, engine)
@@ -17,10 +19,10 @@ def main(row, settings, engine, output, checkpoint_path, checkpoint_interval_s):
     numerics = engine_of(settings, settings["softening"]["repose_stiffness_reduction"])
     heap, reason, seconds = recorded(angle_of_repose.run, soil, setup, numerics, row["seed"], checkpoint)
     if heap is None:
-        run = {"status": "failed", "n_steps": 0, "n_lost": 0, "simulated_time_s": math.nan, "max_overlap_ratio": math.nan}
+        run = {"status": "failed", "n_steps": 0, "n_lost": 0, **dict.fromkeys(MEASURED, math.nan)}
         filled = grains = empty_grains()
     else:
-        run = {key: getattr(heap, key) for key in ("status", "n_steps", "n_lost", "simulated_time_s", "max_overlap_ratio")}
+        run = {key: getattr(heap, key) for key in ("status", "n_steps", "n_lost", *MEASURED)}
         filled, grains = grain_table(heap.filled), grain_table(heap.grains)
     run = {"simulation_id": row["simulation_id"], "reason": reason or "", "n_particles": setup.n_particles, **run}
     write_table(filled, output.filled, "grains", source)

@@ -18,7 +18,10 @@ from _simulate import (
 from _tables import write_table
 from dem.experiments import direct_shear
 
-RUN_KEYS = ("n_particles", "n_steps", "simulated_time_s", "solid_fraction", "lid_slip_ratio", "max_overlap_ratio")
+RUN_KEYS = (
+    *("n_particles", "n_steps", "simulated_time_s", "solid_fraction", "lid_slip_ratio", "max_overlap_ratio"),
+    *("energy_dissipated_j", "energy_residual_ratio"),
+)
 HISTORY = (
     "time_s",
     "displacement_m",

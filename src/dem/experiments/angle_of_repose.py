@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from dem import Box, Factory, Grains, Simulation, SimulationError, Tube, TubeRegion
-from dem.experiments.soil import Engine, Soil
+from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.state import State, steps_in
 
 #: Settling takes a few free-fall times of the column; after this many it goes on regardless (frictionless soils slosh for long).
@@ -47,7 +47,10 @@ class Setup:
 
 @dataclass(frozen=True)
 class Heap:
-    """What the test leaves: status ("static", "time_limit" or "flat"), grains before the lift and at the end, counts."""
+    """What the test leaves: status ("static", "time_limit" or "flat"), grains before the lift and at the end, counts.
+
+    The energies are those of `dem.experiments.soil.energy_balance`.
+    """
 
     status: str
     filled: Grains
@@ -56,6 +59,8 @@ class Heap:
     n_steps: int
     simulated_time_s: float
     max_overlap_ratio: float
+    energy_dissipated_j: float
+    energy_residual_ratio: float
     frames: list[tuple[float, Grains]] = field(default_factory=list)
 
 
@@ -84,6 +89,7 @@ def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
         damping_model=engine.damping_model,
         precision=engine.precision,
         vector_code=engine.vector_code,
+        energy_ledger=engine.energy_ledger,
         floor_m=-2.0 * soil.sizes.largest_m,
     )
     region = TubeRegion(radius_m=tube_radius, bottom_m=0.0)
@@ -173,4 +179,5 @@ def run(
         n_steps=simulation.n_steps,
         simulated_time_s=simulation.time_s - state.notes["lift_time_s"],
         max_overlap_ratio=state.notes["max_overlap_ratio"],
+        **energy_balance(simulation, engine),
     )

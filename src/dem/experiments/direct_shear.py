@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dem import ENDLESS_M, Box, BoxRegion, Drive, Factory, Grains, Simulation, SimulationError
-from dem.experiments.soil import Engine, Soil
+from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.state import State, steps_in
 
 LOWER = ("floor", "lower_left", "lower_right", "lower_flange")
@@ -82,6 +82,8 @@ class Shear:
     solid_fraction: float
     lid_slip_ratio: float
     max_overlap_ratio: float
+    energy_dissipated_j: float
+    energy_residual_ratio: float
 
 
 def shear_speed(soil: Soil, setup: Setup) -> float:
@@ -138,6 +140,7 @@ def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
         damping_model=engine.damping_model,
         precision=engine.precision,
         vector_code=engine.vector_code,
+        energy_ledger=engine.energy_ledger,
         floor_m=-2.0 * soil.sizes.largest_m,
     )
     simulation.add_grains(positions, radii, "soil")
@@ -299,6 +302,7 @@ def run(
         solid_fraction=4.0 / 3.0 * math.pi * float((before.radii_m**3).sum()) / (setup.area_m2 * top),
         lid_slip_ratio=lid_slip(before, after, top, speed * (simulation.time_s - notes["start_time_s"]), soil.radius_m),
         max_overlap_ratio=notes["max_overlap_ratio"],
+        **energy_balance(simulation, engine),
     )
 
 

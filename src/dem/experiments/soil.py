@@ -1,8 +1,9 @@
 """The virtual soil that both experiments test: one grain material, and the geometry it touches."""
 
+import math
 from dataclasses import dataclass
 
-from dem import Interaction, Material, Sizes
+from dem import Interaction, Material, Simulation, Sizes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,12 +47,21 @@ class Soil:
 
 @dataclass(frozen=True, kw_only=True)
 class Engine:
-    """Numerical settings common to both experiments."""
+    """Numerical settings common to both experiments; the names are those of `dem.Simulation`."""
 
     rolling_model: str = "type_a"
     damping_model: str = "edem"
     precision: str = "float32"
     vector_code: bool = True
+    energy_ledger: bool = False
     gravity_m_s2: float = 9.81
     time_step_rayleigh_ratio: float = 0.2
     stiffness_reduction: float = 1.0
+
+
+def energy_balance(simulation: Simulation, engine: Engine) -> dict[str, float]:
+    """What a test dissipated in J, and the energy ledger's residual over it; NaN where the engine keeps no ledger."""
+    if not engine.energy_ledger:
+        return {"energy_dissipated_j": math.nan, "energy_residual_ratio": math.nan}
+    energies = simulation.energies_j
+    return {"energy_dissipated_j": energies["dissipated"], "energy_residual_ratio": energies["residual"] / energies["dissipated"]}
