@@ -8,13 +8,14 @@ import pyarrow.parquet as pq
 import pytest
 
 import status
+from _tables import METADATA_KEY
 
 NOW = 1_800_000_000.0
 
 
-def write(path, columns):
+def write(path, columns, provenance=None):
     path.parent.mkdir(parents=True, exist_ok=True)
-    pq.write_table(pa.table(columns), path)
+    pq.write_table(pa.table(columns).replace_schema_metadata({METADATA_KEY: json.dumps(provenance)}), path)
 
 
 def plan(folder, experiments, fidelity="campaign", first=0):
@@ -24,9 +25,10 @@ def plan(folder, experiments, fidelity="campaign", first=0):
     return names
 
 
-def finish(results, experiment, name, seconds=10.0, outcome="static", reason=""):
+def finish(results, experiment, name, seconds=10.0, outcome="static", reason="", engine="a", age_s=0.0):
     folder = results / "sims" / experiment / name
-    write(folder / "run.parquet", {"status": [outcome], "reason": [reason]})
+    write(folder / "run.parquet", {"status": [outcome], "reason": [reason]}, {"engine": engine})
+    os.utime(folder / "run.parquet", (NOW - age_s, NOW - age_s))
     (folder / "timing.json").write_text(json.dumps({"wall_time_s": seconds}))
 
 
@@ -58,7 +60,7 @@ def test_a_running_study_says_what_runs_what_failed_and_when_it_ends(results, tm
     log(tmp_path, "repose", c, "fill: step 500\nlift: about 40 %\n", age_s=5.0)
     log(tmp_path, "repose", d, "lift: about 10 %\n", age_s=1000.0)
     text = status.report("study", tmp_path, NOW)
-    assert counts(text, "campaign, heaps") == {"done": 1, "running": 1, "failed": 1, "stopped": 1, "waiting": 1}
+    assert counts(text, "campaign, heaps") == {"done": 1, "running": 1, "failed": 1, "stopped": 1, "waiting": 1, "outdated": 0}
     assert "2 of 5 planned simulations (40 %)" in text
     assert f"running: repose {c}: lift: about 40 %" in text
     assert f"failed: repose {b}: blew up" in text
@@ -103,6 +105,19 @@ def test_an_old_report_does_not_end_a_study_that_goes_on(results, tmp_path):
     assert "Finished" not in text
 
 
+def test_results_of_an_earlier_engine_are_outdated_not_done(results, tmp_path):
+    names = plan(results, ["repose"] * 3)
+    for name, engine, age_s in zip(names, ("old", "new", "old"), (500.0, 10.0, 400.0), strict=True):
+        finish(results, "repose", name, seconds=40.0, engine=engine, age_s=age_s)
+    (results / "report.html").write_text("</html>")
+    text = status.report("study", tmp_path, NOW)
+    found = counts(text, "campaign, heaps")
+    assert (found["done"], found["outdated"], found["waiting"]) == (1, 2, 0)
+    assert "1 of 3 planned simulations (33 %)" in text
+    assert "about 80 s one after another" in text
+    assert "Finished" not in text
+
+
 def test_times_are_those_of_the_same_fidelity(results, tmp_path):
     (quick,) = plan(results, ["repose"])
     finish(results, "repose", quick, seconds=10.0)
@@ -130,7 +145,7 @@ def test_a_broken_result_is_failed_and_a_broken_design_is_named(results, tmp_pat
     finish(results, "repose", name)
     (results / "sims" / "repose" / name / "run.parquet").write_bytes(b"half a file")
     text = status.report("study", tmp_path, NOW)
-    assert counts(text, "campaign, heaps") == {"done": 0, "running": 0, "failed": 1, "stopped": 0, "waiting": 0}
+    assert counts(text, "campaign, heaps") == {"done": 0, "running": 0, "failed": 1, "stopped": 0, "waiting": 0, "outdated": 0}
     assert f"{name}: unreadable result" in text
     (results / "design.parquet").write_bytes(b"half a file")
     with pytest.raises(SystemExit, match=r"design\.parquet: not a readable table"):

@@ -1,7 +1,8 @@
 """How far a study is, from its files alone: `make status`, or `.venv/bin/python workflow/scripts/status.py --study default`.
 
 Reads results/<study> and logs/<study> and nothing else, so it works from any terminal, beside a running campaign or after it.
-A simulation that has its files counts as done: whether a changed configuration would run it again, only `snakemake -n all` knows.
+A simulation that has its files counts as done; as outdated when another engine made it than the newest result: it is run again.
+Whether a changed configuration would run it again, only `snakemake -n all` knows.
 """
 
 import argparse
@@ -13,9 +14,11 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from _tables import METADATA_KEY
+
 ROOT = Path(__file__).resolve().parents[2]
 NAMES = {"repose": "heaps", "shear": "shear tests"}
-STATES = ("done", "running", "failed", "stopped", "waiting")
+STATES = ("done", "outdated", "running", "failed", "stopped", "waiting")
 #: A running simulation writes to its log every few seconds; one that has not for so long (s) was stopped.
 SILENT_S = 120.0
 #: Width of the bar, in characters.
@@ -51,13 +54,25 @@ def looked_up(row: dict, results: Path, logs: Path, now: float) -> dict:
     log = logs / row["experiment"] / f"{row['simulation_id']}.log"
     try:
         seconds = json.loads((folder / "timing.json").read_text())["wall_time_s"]
-        run = pq.ParquetFile(folder / "run.parquet").read(columns=["status", "reason"]).to_pylist()[0]
+        file = pq.ParquetFile(folder / "run.parquet")
+        run = file.read(columns=["status", "reason"]).to_pylist()[0]
+        engine = json.loads(file.schema_arrow.metadata[METADATA_KEY])["engine"]
         state = "failed" if run["status"] == "failed" else "done"
-        return {"state": state, "note": run["reason"], "wall_time_s": seconds}
+        made = {"engine": engine, "made": (folder / "run.parquet").stat().st_mtime}
+        return {"state": state, "note": run["reason"], "wall_time_s": seconds, **made}
     except FileNotFoundError:
         return without_result(log, now)
     except (pa.ArrowException, OSError, ValueError, KeyError, IndexError) as error:
         return {"state": "failed", "note": f"{folder}: unreadable result ({type(error).__name__})"}
+
+
+def mark_outdated(rows: dict[str, dict]) -> None:
+    """Give the results of another engine than the newest result's their state: they are of a campaign before this one."""
+    made = [row for row in rows.values() if "engine" in row]
+    newest = max(made, key=lambda row: row["made"], default=None)
+    for row in made:
+        if row["engine"] != newest["engine"]:
+            row["state"] = "outdated"
 
 
 def without_result(log: Path, now: float) -> dict:
@@ -75,7 +90,7 @@ def mean_times(rows: dict[str, dict]) -> dict[tuple, float]:
     """Mean wall time in s of the finished simulations, by experiment and fidelity, and by experiment alone."""
     times = {}
     for row in rows.values():
-        if row["state"] == "done":
+        if row["state"] in ("done", "outdated"):
             for kind in ((row["experiment"], row["fidelity"]), (row["experiment"],)):
                 times.setdefault(kind, []).append(row["wall_time_s"])
     return {kind: sum(values) / len(values) for kind, values in times.items()}
@@ -84,11 +99,11 @@ def mean_times(rows: dict[str, dict]) -> dict[tuple, float]:
 def work_left(rows: dict[str, dict]) -> tuple[float, int]:
     """Seconds that the unfinished simulations will take one after another, and how many are like none that has finished.
 
-    A running one counts half: on average that much is left of it.
+    A running one counts half: on average that much is left of it. The second or two that each job takes to start do not count.
     """
     means, seconds, unknown = mean_times(rows), 0.0, 0
     for row in rows.values():
-        if row["state"] in ("waiting", "stopped", "running"):
+        if row["state"] in ("waiting", "outdated", "stopped", "running"):
             mean = means.get((row["experiment"], row["fidelity"]), means.get((row["experiment"],)))
             unknown += mean is None
             seconds += (mean or 0.0) * (0.5 if row["state"] == "running" else 1.0)
@@ -124,6 +139,7 @@ def report(study: str, root: Path, now: float) -> str:
     rows = planned(results)
     for row in rows.values():
         row |= looked_up(row, results, logs, now)
+    mark_outdated(rows)
     crashed = [f"failed: {line}" for line in crashed_rules(logs)]
     if not rows:
         return "\n".join([f"{study}: no simulation is planned yet.", *crashed])
@@ -134,10 +150,9 @@ def report(study: str, root: Path, now: float) -> str:
 
 def bar(study: str, rows: dict[str, dict]) -> str:
     """How many simulations need not run any more: done, or failed for good with their reason recorded."""
-    n_over = sum("wall_time_s" in row for row in rows.values())
-    filled = BAR * n_over // len(rows)
-    share = 100.0 * n_over / len(rows)
-    return f"{study} [{'#' * filled}{'.' * (BAR - filled)}] {n_over} of {len(rows)} planned simulations ({share:.0f} %)"
+    n_over = sum("wall_time_s" in row and row["state"] != "outdated" for row in rows.values())
+    filled, share = BAR * n_over // len(rows), 100 * n_over // len(rows)
+    return f"{study} [{'#' * filled}{'.' * (BAR - filled)}] {n_over} of {len(rows)} planned simulations ({share} %)"
 
 
 def table(rows: dict[str, dict]) -> list[str]:
