@@ -31,7 +31,8 @@ def config():
         "design": {"geometry": "scaled"},
         "fidelity": {"campaign": fidelity},
         "engine": {
-            "rolling_model": "type_a", "damping_model": "edem", "precision": "float32", "energy_ledger": False, "gravity_m_s2": 9.81,
+            "rolling_model": "type_a", "damping_model": "edem", "precision": "float32", "energy_ledger": False,
+            "gravity_m_s2": 9.81,
         },
         "repose": {
             "n_particles": 60, "tube_diameter_ratio": 5.0, "plate_half_width_ratio": 30.0, "wall_static_friction": None,
