@@ -18,8 +18,13 @@ compiles_here = False
 
 
 def marker(precision: str, parallel: bool, energy_ledger: bool) -> Path:
-    """File in the kernel cache that says that one variant of the time loop is compiled for this processor."""
-    name = f"{hashlib.sha256(jit.processor().encode()).hexdigest()[:8]}-{precision}-{'threads' if parallel else 'thread'}"
+    """File in the kernel cache that says that one variant of the time loop is compiled.
+
+    For this processor, and for source files in this place with these times: numba looks all of them up.
+    """
+    stamps = [(path.stat().st_mtime_ns, path.stat().st_size) for path in sorted(jit.PACKAGE.rglob("*.py"))]
+    lookup = f"{jit.processor()} {jit.PACKAGE} {stamps}"
+    name = f"{hashlib.sha256(lookup.encode()).hexdigest()[:16]}-{precision}-{'threads' if parallel else 'thread'}"
     return Path(os.environ["NUMBA_CACHE_DIR"]) / f"{name}{'-ledger' if energy_ledger else ''}.compiled"
 
 

@@ -2,10 +2,14 @@
 
 import hashlib
 import os
+import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+from dem import compiled, jit
 
 PROGRAM = """
 import hashlib, dem
@@ -31,6 +35,18 @@ def digest(**environment):
     """What a fresh process simulates."""
     done = subprocess.run([sys.executable, "-c", PROGRAM], env=os.environ | environment, capture_output=True, text=True, check=True)
     return done.stdout.strip()
+
+
+def test_another_place_or_a_touched_file_needs_its_own_compilation(monkeypatch, tmp_path):
+    """The kernel cache holds compiled code by place and time of the source."""
+    copies = [Path(shutil.copytree(jit.PACKAGE, tmp_path / name / "dem")) for name in "ab"]
+    markers = []
+    for copy in (*copies, copies[1]):
+        monkeypatch.setattr(jit, "PACKAGE", copy)
+        markers.append(compiled.marker("float32", False, False))
+        os.utime(copy / "loop.py", (1e9, 1e9))
+    assert len(set(markers)) == 3
+    assert len({compiled.marker("float32", False, False), compiled.marker("float64", False, False)}) == 2
 
 
 @pytest.mark.slow
