@@ -5,8 +5,9 @@ is clear of the heap), rest (until the kinetic energy is negligible, or the time
 The plate has an edge: grains that roll over it leave, so soils that never come to rest end too.
 """
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from dem import Box, Factory, Grains, Simulation, SimulationError, Tube, TubeRegion
 from dem.experiments.soil import Engine, Soil, energy_balance
@@ -59,9 +60,8 @@ class Heap:
     n_steps: int
     simulated_time_s: float
     max_overlap_ratio: float
-    energy_dissipated_j: float
-    energy_residual_ratio: float
-    frames: list[tuple[float, Grains]] = field(default_factory=list)
+    energy_dissipated_j: float = math.nan
+    energy_residual_ratio: float = math.nan
 
 
 def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:

@@ -82,8 +82,8 @@ class Shear:
     solid_fraction: float
     lid_slip_ratio: float
     max_overlap_ratio: float
-    energy_dissipated_j: float
-    energy_residual_ratio: float
+    energy_dissipated_j: float = math.nan
+    energy_residual_ratio: float = math.nan
 
 
 def shear_speed(soil: Soil, setup: Setup) -> float:
