@@ -194,7 +194,7 @@ def test_a_changed_target_is_run_again_from_there_only(project):
 @pytest.mark.parametrize(
     ("path", "value", "new_repose", "new_shear"),
     [
-        ("shear.normal_stresses_pa", [250.0, 500.0, 1000.0, 2000.0], 0, 12 + 2),  # two more for the twin
+        ("shear.normal_stresses_pa", [250.0, 500.0, 1000.0, 2000.0], 0, 12 + 3 * 2),  # two more for each twin
         ("design.shear_seeds", [1, 2], 0, 36),
         ("design.repose_seeds", [1, 7], 12, 0),
         ("design.grid.rolling_friction", [0.05, 0.1, 0.2, 0.3], 3, 9),
