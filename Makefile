@@ -41,7 +41,7 @@ format: setup  ## rewrite Python and Snakemake files in the project's style
 status:  ## how far a campaign is, while it runs or after: STUDY=<name>, default if none is given
 	@$(BIN)/python workflow/scripts/status.py $(if $(STUDY),--study $(STUDY))
 
-smoke: setup  ## the whole workflow in about two minutes, with few grains
+smoke: setup  ## the whole workflow in a few minutes, with few grains
 	$(BIN)/snakemake -c$(CORES) all --configfile config/smoke.yaml
 
 paper: setup  ## the paper's exact fidelity: about an hour
