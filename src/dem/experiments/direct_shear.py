@@ -262,7 +262,8 @@ def run(
     """Consolidate, shear, and return the record; or finish a test that was interrupted in a state.
 
     `each(simulation, stage)` is called every 500 steps while the lid settles and at every sample of the shearing, then
-    `keep(state)`, which may save the state (or raise, to stop). A run that goes on from a state ends as it would have without the interruption, bit for bit.
+    `keep(state)`, which may save the state (or raise, to stop). A run that goes on from a state ends as it would have without
+    the interruption, bit for bit.
 
     Raises
     ------
