@@ -29,10 +29,11 @@ def gather(n, grains, contacts, buffer):
 
 
 @jit
-def contact(n, contacts, buffer, constants, options):
-    """Contact stage of all pairs n times."""
+def contact(n, grains, contacts, buffer, constants, options):
+    """Gather and contact stage of all pairs n times."""
     for _ in range(n):
         for k0 in range(0, contacts.count[0] - BLOCK + 1, BLOCK):
+            vectors.gather_pairs(grains, contacts.first[k0 : k0 + BLOCK], contacts.second[k0 : k0 + BLOCK], BLOCK, buffer)
             slabs.contact_loads(BLOCK, k0, buffer, contacts, constants, options)
 
 
@@ -47,8 +48,9 @@ def scatter(n, loads, contacts, buffer):
 @jit
 def wall(n, grains, loads, wall_arrays, contacts, buffer, constants, options, dt, glued, carrier):
     """Wall contacts and the walls' motion n times."""
+    places = np.empty(4 * BLOCK)
     for _ in range(n):
-        loop.wall_forces(grains, loads, wall_arrays, contacts, buffer, constants, options)
+        loop.wall_forces(grains, loads, wall_arrays, contacts, buffer, places, constants, options)
         carry_glued(grains, loads, wall_arrays, glued, carrier)
         walls.move_walls(wall_arrays, dt)
 
@@ -122,11 +124,12 @@ def profile(s) -> dict[str, float]:
     for_lists = (grains, s._period, s._walls, s._skin, s._pairs, s._wall_pairs, s._spare, s._wall_spare, s._contacts)
     stages = {
         "gather": best_us(gather, grains, s._contacts, buffer),
-        "contact": best_us(contact, s._contacts, buffer, constants, s._options),
+        "contact": best_us(contact, grains, s._contacts, buffer, constants, s._options),
         "scatter": best_us(scatter, loads, s._contacts, buffer),
         "walls": best_us(wall, grains, loads, *on_walls, dt * 1e-9, s._glued, s._carrier),
         "integrate": best_us(integrate, grains, loads, s._gravity, dt * 1e-9, constants.zero),
     }
+    stages["contact"] -= stages["gather"]
     n_pairs, n_wall_contacts = int(s._contacts.count.sum()), int(s._wall_contacts.count.sum())
     one_pruning = best_us(prune, grains, s._period, frequency, s._pairs, reach, s._contacts, *lists)
     stages["inner list"] = prunings * one_pruning

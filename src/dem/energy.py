@@ -131,12 +131,12 @@ def note_contacts(
         sx, sy, sz = flat(float(h[0]), float(h[BLOCK]), float(h[2 * BLOCK]), nx, ny, nz)
         limit = float(c[MU_S * BLOCK]) * max(f_n, 0.0)
         ax, ay, az = sx + tx * dt, sy + ty * dt, sz + tz * dt
-        factor = mindlin.slip(S_t * math.sqrt(ax * ax + ay * ay + az * az), limit, 1.0, 1e-300)
+        factor = mindlin.slip(S_t * S_t * (ax * ax + ay * ay + az * az), limit, 1.0, 1e-150)
         ax, ay, az = factor * ax, factor * ay, factor * az
         before = 0.5 * S_t * (sx * sx + sy * sy + sz * sz)
         after = 0.5 * S_t * (ax * ax + ay * ay + az * az)
         fx, fy, fz = S_t * ax + D_t * tx, S_t * ay + D_t * ty, S_t * az + D_t * tz
-        factor = mindlin.slip(math.sqrt(fx * fx + fy * fy + fz * fz), limit, 1.0, 1e-300)
+        factor = mindlin.slip(fx * fx + fy * fy + fz * fz, limit, 1.0, 1e-150)
         fx, fy, fz = factor * fx, factor * fy, factor * fz
         note[NORMAL], note[NORMAL + 1], note[NORMAL + 2], note[ARM] = nx, ny, nz, arm
         note[DASHPOT] = f_n - spring_n

@@ -14,6 +14,9 @@ PACKAGE = Path(__file__).parent
 #: Kernels are free of traps (no Python exceptions on division) and may reorder arithmetic, which lets LLVM vectorise them.
 JIT_FLAGS = {"fastmath": True, "error_model": "numpy", "cache": True}
 
+#: For the hottest kernels, which make no arrays: no reference counts for the arrays that they are given or slice.
+LEAN_FLAGS = {**JIT_FLAGS, "_nrt": False}
+
 #: For code that must see NaN and infinity as they are (guards, list building).
 STRICT_FLAGS = {"error_model": "numpy", "cache": True}
 
@@ -49,6 +52,7 @@ __all__ = [
     "cgutils",
     "intrinsic",
     "jit",
+    "lean_jit",
     "parallel_jit",
     "prange",
     "processor",
@@ -71,6 +75,11 @@ def processor() -> str:
 def jit(function):
     """Compile a numerical kernel."""
     return njit(**JIT_FLAGS)(function)
+
+
+def lean_jit(function):
+    """Compile a numerical kernel that makes no arrays."""
+    return njit(**LEAN_FLAGS)(function)
 
 
 def parallel_jit(function):

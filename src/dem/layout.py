@@ -31,6 +31,9 @@ N_HISTORY = 6
 #: u_i + u_j (7-9), u_i - u_j (10-12, type C only). On leaving: force on i, Q on j (type C), Q on i, rolling resistance.
 BUFFER = 17
 FORCE, TWIST_J, TWIST, RESISTANCE = 4, 10, 13, 16
+#: Between the loops of the contact stage: unit normal (0-2), tangential stiffness (3), relative velocity of the surfaces or the
+#: tangential force that it makes (4-6), and these.
+D_T, ARM, NORMAL = 13, 14, 16
 
 #: Columns of the table of material pairs: E* and G* (Pa), dashpot ratio, static and rolling friction.
 PAIR_E, PAIR_G, PAIR_BETA, PAIR_MU_S, PAIR_MU_R = range(5)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dem import energy, slabs
-from dem.jit import jit
+from dem.jit import jit, lean_jit
 from dem.layout import BLOCK, GRAIN, N_HISTORY
 from dem.motion import carry_glued
 from dem.neighbours import (
@@ -20,7 +20,7 @@ from dem.neighbours import (
     prune_walls,
     save_slab,
 )
-from dem.walls import gather_walls, move_walls, scatter_walls
+from dem.walls import end_of_run, move_walls, push, separate
 
 #: A bound that stands for lists that must be remade (m; finite, because kernels may assume that no value is infinite).
 LISTS_STALE = 1e30
@@ -82,18 +82,32 @@ class Constants(NamedTuple):
     least: float
 
 
-@jit
-def wall_forces(grains, loads, walls, contacts, buffer, constants, options):
-    """Loads of all grain-wall contacts; `walls.force` is set to this step's forces of the grains on each wall."""
+@lean_jit
+def wall_forces(grains, loads, walls, contacts, buffer, places, constants, options):
+    """Loads of all grain-wall contacts; `walls.force` is set to this step's forces of the grains on each wall.
+
+    The contacts stand wall by wall. places : (4 BLOCK,) float64, scratch.
+    """
     walls.force[:] = 0.0
     m = contacts.count[0]
     for k0 in range(0, m, BLOCK):
         n = min(k0 + BLOCK, m) - k0
         first = contacts.first[k0 : k0 + n]
         second = contacts.second[k0 : k0 + n]
-        gather_walls(grains, walls, first, second, n, buffer)
+        begin = 0
+        while begin < n:
+            end, w = end_of_run(second, begin, n), second[begin]
+            some = first[begin:end]
+            slabs.gather_at_wall(grains, walls.velocity[w], some, end - begin, buffer[begin:], places[begin:], options)
+            separate(walls, w, places[begin:], end - begin, buffer[begin:])
+            begin = end
         slabs.contact_loads(n, k0, buffer, contacts, constants, options)
-        scatter_walls(loads, walls, first, second, n, buffer)
+        slabs.scatter_at_wall(loads, first, n, buffer, options)
+        begin = 0
+        while begin < n:
+            end = end_of_run(second, begin, n)
+            push(walls, second[begin], end - begin, buffer[begin:])
+            begin = end
 
 
 @jit
@@ -251,6 +265,7 @@ def advance(
     reason = FINISHED
     done = 0
     mean_force[:] = 0.0
+    places = np.empty(4 * BLOCK)
     common_constants(grains, contacts, pair_table, n_materials, material)
     for _ in range(n_steps):
         if 2.0 * travel > reach:
@@ -271,7 +286,7 @@ def advance(
             slabs.pair_forces(grains, loads, contacts, period, frequency, buffers, constants, options)
         else:
             slabs.pair_forces_threads(grains, loads, contacts, period, frequency, buffers, constants, options)
-        wall_forces(grains, loads, walls, wall_contacts, buffers[0], constants, options)
+        wall_forces(grains, loads, walls, wall_contacts, buffers[0], places, constants, options)
         carry_glued(grains, loads, walls, glued, carrier)
         if ledger is not None:
             energy.book_step(grains, loads, contacts, walls, wall_contacts, gravity, dt, ledger)

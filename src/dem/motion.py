@@ -8,11 +8,11 @@ import math
 import numpy as np
 
 from dem.contact.rolling import resist
-from dem.jit import jit
+from dem.jit import jit, lean_jit
 from dem.layout import FREE, GRAIN, INVERSE_MASS, LOAD, QX, QY, QZ, RESIST, UX, UY, UZ, VX, VY, VZ, U
 
 
-@jit
+@lean_jit
 def integrate(grains, loads, gravity, dt, zero):
     """Advance all grains by dt, clear the loads, return the largest speed (m/s)."""
     fastest = 0.0
@@ -45,7 +45,7 @@ def integrate(grains, loads, gravity, dt, zero):
     return math.sqrt(fastest)
 
 
-@jit
+@lean_jit
 def carry_glued(grains, loads, walls, glued, carrier):
     """Hand the loads on grains glued to a wall over to that wall, and give them its velocity."""
     for k in range(glued.shape[0]):

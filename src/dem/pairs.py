@@ -5,13 +5,13 @@ These are the plain versions; `dem.vectors` has their twins in vector code.
 
 import numpy as np
 
-from dem.jit import jit
+from dem.jit import lean_jit
 from dem.layout import BLOCK as B
-from dem.layout import FORCE, GRAIN, LOAD, QX, RADIUS, RESISTANCE, TWIST, TWIST_J, UX, UY, UZ, VX, VY, VZ, U
+from dem.layout import FORCE, GRAIN, LOAD, QX, RADIUS, RESIST, RESISTANCE, TWIST, TWIST_J, UX, UY, UZ, VX, VY, VZ, U
 from dem.neighbours import nearest_image
 
 
-@jit
+@lean_jit
 def store_separation(x, y, z, R_sum, q, b):
     """Put one pair's separation and R_sum^2 - d^2 into the work buffer: computed in float64, then rounded."""
     b[q] = x
@@ -20,7 +20,7 @@ def store_separation(x, y, z, R_sum, q, b):
     b[3 * B + q] = R_sum * R_sum - (x * x + y * y + z * z)
 
 
-@jit
+@lean_jit
 def store_velocities(grains, i, j, q, b):
     """Put one pair's relative velocity and sum of spin velocities into the work buffer."""
     b[4 * B + q] = grains[i + U[VX]] - grains[j + U[VX]]
@@ -31,7 +31,7 @@ def store_velocities(grains, i, j, q, b):
     b[9 * B + q] = grains[i + U[UZ]] + grains[j + U[UZ]]
 
 
-@jit
+@lean_jit
 def gather_pairs(grains, first, second, n, b):
     """Fill the work buffer for n pairs."""
     for q in range(n):
@@ -44,7 +44,7 @@ def gather_pairs(grains, first, second, n, b):
         store_velocities(grains, i, j, q, b)
 
 
-@jit
+@lean_jit
 def gather_periodic_pairs(grains, period, frequency, first, second, n, b):
     """As `gather_pairs`, with separations to the nearest periodic image; frequency is 1/period, 0 where not periodic."""
     for q in range(n):
@@ -60,7 +60,38 @@ def gather_periodic_pairs(grains, period, frequency, first, second, n, b):
         store_velocities(grains, i, j, q, b)
 
 
-@jit
+@lean_jit
+def gather_at_wall(grains, velocity, first, n, b, places):
+    """Of n grains that may touch a wall of this velocity (3,): centres and radii, and their motion relative to the wall.
+
+    places : (at least 3 BLOCK + n,) float64, rows x, y, z, radius of BLOCK values. `dem.walls` makes separations of them.
+    """
+    for q in range(n):
+        i = np.uint64(first[q] * GRAIN)
+        places[q] = grains[i]
+        places[B + q] = grains[i + U[1]]
+        places[2 * B + q] = grains[i + U[2]]
+        places[3 * B + q] = grains[i + U[RADIUS]]
+        b[4 * B + q] = grains[i + U[VX]] - velocity[0]
+        b[5 * B + q] = grains[i + U[VY]] - velocity[1]
+        b[6 * B + q] = grains[i + U[VZ]] - velocity[2]
+        b[7 * B + q] = grains[i + U[UX]]
+        b[8 * B + q] = grains[i + U[UY]]
+        b[9 * B + q] = grains[i + U[UZ]]
+
+
+@lean_jit
+def scatter_at_wall(loads, first, n, b):
+    """Add the loads of n wall contacts to their grains."""
+    for q in range(n):
+        i = np.uint64(first[q] * LOAD)
+        for t in range(3):
+            loads[i + U[t]] += b[(FORCE + t) * B + q]
+            loads[i + U[QX + t]] += b[(TWIST + t) * B + q]
+        loads[i + U[RESIST]] += b[RESISTANCE * B + q]
+
+
+@lean_jit
 def gather_rolling(grains, first, second, n, b):
     """Add the difference of spin velocities u_i - u_j of n pairs to the work buffer (type C)."""
     for q in range(n):
@@ -70,7 +101,7 @@ def gather_rolling(grains, first, second, n, b):
             b[(10 + t) * B + q] = grains[i + UX + t] - grains[j + UX + t]
 
 
-@jit
+@lean_jit
 def scatter_pairs(loads, first, second, n, b):
     """Add the loads of n pairs to their grains (type A)."""
     for q in range(n):
@@ -95,7 +126,7 @@ def scatter_pairs(loads, first, second, n, b):
         loads[j + U[6]] += resist
 
 
-@jit
+@lean_jit
 def scatter_rolling(loads, first, second, n, b):
     """Add the loads of n pairs to their grains (type C: the torques on i and j differ)."""
     for q in range(n):

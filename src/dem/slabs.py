@@ -6,7 +6,7 @@ the same bytes for any number of threads.
 
 from dem import motion, pairs, vectors
 from dem.contact.block import contact_stage, rolling_stage
-from dem.jit import jit, parallel_jit, prange
+from dem.jit import jit, lean_jit, parallel_jit, prange
 from dem.layout import BLOCK, GRAIN, HISTORY, LOAD, ROWS
 from dem.neighbours import SLABS, prune_slab, save_slab
 
@@ -15,7 +15,7 @@ STRETCHES = 32
 STRETCH_UNIT = vectors.LANES
 
 
-@jit
+@lean_jit
 def gather(grains, period, frequency, first, second, n, buffer, options):
     """Fill the work buffer for n pairs, by the code that the options ask for."""
     if options.vector_code:
@@ -34,7 +34,7 @@ def gather(grains, period, frequency, first, second, n, buffer, options):
             pairs.gather_rolling(grains, first, second, n, buffer)
 
 
-@jit
+@lean_jit
 def scatter(loads, first, second, n, buffer, options):
     """Add the loads in the work buffer to the grains, by the code that the options ask for."""
     if options.vector_code:
@@ -48,7 +48,29 @@ def scatter(loads, first, second, n, buffer, options):
         pairs.scatter_pairs(loads, first, second, n, buffer)
 
 
-@jit
+@lean_jit
+def gather_at_wall(grains, velocity, first, n, buffer, places, options):
+    """Fill the work buffer and `places` for n grains that may touch a wall, by the code that the options ask for."""
+    if options.vector_code:
+        vectors.gather_at_wall(grains, velocity, first, n, buffer, places)
+    else:
+        pairs.gather_at_wall(grains, velocity, first, n, buffer, places)
+    if options.elastic_rolling:  # a wall does not spin: differences are sums
+        for q in range(n):
+            for t in range(3):
+                buffer[(10 + t) * BLOCK + q] = buffer[(7 + t) * BLOCK + q]
+
+
+@lean_jit
+def scatter_at_wall(loads, first, n, buffer, options):
+    """Add the loads of n wall contacts to their grains, by the code that the options ask for."""
+    if options.vector_code:
+        vectors.scatter_at_wall(loads, first, n, buffer)
+    else:
+        pairs.scatter_at_wall(loads, first, n, buffer)
+
+
+@lean_jit
 def contact_loads(n, k0, buffer, contacts, constants, options):
     """Turn the work buffer's separations and velocities into loads of the n contacts from number k0 on."""
     c = contacts.common if contacts.alike[0] else contacts.block[k0 * ROWS : (k0 + BLOCK) * ROWS]
@@ -58,7 +80,7 @@ def contact_loads(n, k0, buffer, contacts, constants, options):
         rolling_stage(n, buffer, c, h, constants.dt, constants.one, constants.zero, constants.tiny)
 
 
-@jit
+@lean_jit
 def slab_forces(s, grains, loads, contacts, period, frequency, buffer, constants, options):
     """Loads of the contacts of one slab."""
     begin = contacts.begin[s]
@@ -72,7 +94,7 @@ def slab_forces(s, grains, loads, contacts, period, frequency, buffer, constants
         scatter(loads, first, second, n, buffer, options)
 
 
-@jit
+@lean_jit
 def pair_forces(grains, loads, contacts, period, frequency, buffers, constants, options):
     """Loads of all grain-grain contacts: first the slabs of even number, then the others."""
     for parity in range(2):
@@ -118,7 +140,7 @@ def save_threads(contacts, history):
         save_slab(s, contacts, history)
 
 
-@jit
+@lean_jit
 def integrate_stretch(k, grains, loads, gravity, dt, zero, options):
     """Advance one stretch of grains; returns the largest speed (m/s)."""
     n = grains.shape[0] // GRAIN
@@ -131,7 +153,7 @@ def integrate_stretch(k, grains, loads, gravity, dt, zero, options):
     return motion.integrate(some_grains, some_loads, gravity, dt, zero)
 
 
-@jit
+@lean_jit
 def integrate(grains, loads, gravity, dt, zero, speeds, options):
     """Advance all grains; returns the largest speed (m/s). speeds : (STRETCHES,) scratch."""
     if options.vector_code:

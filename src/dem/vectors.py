@@ -11,7 +11,7 @@ import math
 from llvmlite import ir
 
 from dem import motion, pairs
-from dem.jit import cgutils, intrinsic, jit, types
+from dem.jit import cgutils, intrinsic, lean_jit, types
 from dem.layout import BLOCK, FORCE, FREE, GRAIN, INVERSE_MASS, LOAD, RESIST, RESISTANCE, TWIST, TWIST_J, VX
 
 LANES = 16
@@ -91,6 +91,13 @@ class Emitter:
     def widen(self, x):
         """Convert to double."""
         return x if x.type.element == DOUBLE else self.b.fpext(x, ir.VectorType(DOUBLE, x.type.count))
+
+    def padded_axes(self, k):
+        """The three numbers of array argument k and five zeros."""
+        values = self.load(self.array(k), ir.Constant(INT64, 0), 2), self.load(self.array(k), ir.Constant(INT64, 2), 1)
+        three = self.concatenate(values[0], self.pick(values[1], values[1], [0, 0]))
+        wide = self.concatenate(three, three)
+        return self.pick(wide, self.constant([0.0] * 8), [0, 1, 2] + [8] * 5)
 
     def concatenate(self, x, y):
         """Put y behind x."""
@@ -177,27 +184,49 @@ def emit_gather_rolling(e):
         e.store(buffer, e.at(q, (10 + t) * BLOCK), row)
 
 
+def emit_gather_at_wall(e):
+    """Emit the gather of LANES grains near a wall; arguments (grains, first, velocity, q, b, places)."""
+    grains, first, q, buffer, places = e.array(0), e.array(1), e.args[3], e.array(4), e.array(5)
+    v_wall = e.padded_axes(2)
+    centres, approaches = [], []
+    for c in range(LANES):
+        i = e.index(first, q, c, GRAIN)
+        centres.append(e.load(grains, i, 4))
+        approaches.append(e.narrow(e.b.fsub(e.load(grains, e.at(i, VX), 8), v_wall), buffer[1]))
+    for h in (0, 8):
+        for r, row in enumerate(e.places_to_rows(centres[h : h + 8])):
+            e.store(places, e.at(q, r * BLOCK + h), row)
+    for r, row in enumerate(e.records_to_rows(approaches)[:6]):
+        e.store(buffer, e.at(q, (4 + r) * BLOCK), row)
+
+
 def nearest_image(e, x, period, frequency):
     """As `dem.neighbours.nearest_image`."""
     return e.fma(e.b.fneg(period), e.call("rint", e.b.fmul(x, frequency)), x)
 
 
+def load_records(e, buffer, q, twist):
+    """Load records of LANES contacts from slot q on, as vectors of 8; Q stands in row `twist`."""
+    rows = [e.load(buffer, e.at(q, r * BLOCK), LANES) for first in (FORCE, twist) for r in range(first, first + 3)]
+    rows.append(e.load(buffer, e.at(q, RESISTANCE * BLOCK), LANES))
+    return e.rows_to_records([*rows, e.constant([0.0] * LANES, buffer[1])])
+
+
+def emit_scatter_at_wall(e):
+    """Emit the scatter of LANES wall contacts; arguments (loads, first, q, b)."""
+    loads, first, q, buffer = e.array(0), e.array(1), e.args[2], e.array(3)
+    for c, record in enumerate(load_records(e, buffer, q, TWIST)):
+        i = e.index(first, q, c, LOAD)
+        e.store(loads, i, e.b.fadd(e.load(loads, i, 8), record))
+
+
 def emit_scatter(e, own_twist_of_j):
     """Emit the scatter of LANES pairs; arguments (loads, first, second, q, b). own_twist_of_j: Q on j is not that on i."""
     loads, first, second, buffer = e.array(0), e.array(1), e.array(2), e.array(4)
-    q, element = e.args[3], buffer[1]
-
-    def row(r):
-        return e.load(buffer, e.at(q, r * BLOCK), LANES)
-
-    nothing = e.constant([0.0] * LANES, element)
-
-    def axes(r):
-        return [row(r + t) for t in range(3)]
-
-    on_i = e.rows_to_records([*axes(FORCE), *axes(TWIST), row(RESISTANCE), nothing])
-    on_j = e.rows_to_records([*axes(FORCE), *axes(TWIST_J), row(RESISTANCE), nothing]) if own_twist_of_j else on_i
-    sign = e.constant(REACTION, element)
+    q = e.args[3]
+    on_i = load_records(e, buffer, q, TWIST)
+    on_j = load_records(e, buffer, q, TWIST_J) if own_twist_of_j else on_i
+    sign = e.constant(REACTION, buffer[1])
     for c in range(LANES):
         i, j = e.index(first, q, c, LOAD), e.index(second, q, c, LOAD)
         e.store(loads, i, e.b.fadd(e.load(loads, i, 8), on_i[c]))
@@ -213,6 +242,17 @@ def gather_lanes(typing, grains, first, second, q, b):
         return context.get_dummy_value()
 
     return types.void(grains, first, second, q, b), generate
+
+
+@intrinsic
+def gather_lanes_at_wall(typing, grains, first, velocity, q, b, places):
+    """Gather LANES grains that may touch a wall of this velocity."""
+
+    def generate(context, builder, signature, args):
+        emit_gather_at_wall(Emitter(context, builder, signature, args))
+        return context.get_dummy_value()
+
+    return types.void(grains, first, velocity, q, b, places), generate
 
 
 @intrinsic
@@ -267,6 +307,17 @@ def scatter_lanes_rolling(typing, loads, first, second, q, b):
 
 
 @intrinsic
+def scatter_lanes_at_wall(typing, loads, first, q, b):
+    """Scatter the loads of LANES wall contacts to their grains from slot q on."""
+
+    def generate(context, builder, signature, args):
+        emit_scatter_at_wall(Emitter(context, builder, signature, args))
+        return context.get_dummy_value()
+
+    return types.void(loads, first, q, b), generate
+
+
+@intrinsic
 def integrate_lanes(typing, grains, loads, gravity, dt, k):
     """Advance LANES grains from number k on; returns their largest squared speed."""
 
@@ -282,9 +333,7 @@ def emit_integrate(e):
     element = loads[1]
     step, k = spread_scalar(e, e.args[3], 8), e.args[4]
     nothing = e.constant([0.0] * 8)
-    g_x, g_y, g_z = spread_axes(e, 2)
-    fall = e.pick(e.pick(g_x, g_y, [0, 8] + [0] * 6), g_z, [0, 1, 8] + [0] * 5)
-    fall = e.b.fmul(e.pick(fall, nothing, [0, 1, 2] + [8] * 5), step)
+    fall = e.b.fmul(e.padded_axes(2), step)
     twist = e.b.fmul(step, e.constant([1.0, 1.0, 1.0, 2.5, 2.5, 2.5, 2.5, 0.0]))
     moved, seen = [], []
     for c in range(LANES):
@@ -339,7 +388,7 @@ def largest(e, vector):
     return value if vector.type.element == DOUBLE else e.b.fpext(value, DOUBLE)
 
 
-@jit
+@lean_jit
 def gather_pairs(grains, first, second, n, b):
     """As `dem.pairs.gather_pairs`."""
     whole = n - n % LANES
@@ -348,7 +397,7 @@ def gather_pairs(grains, first, second, n, b):
     pairs.gather_pairs(grains, first[whole:], second[whole:], n - whole, b[whole:])
 
 
-@jit
+@lean_jit
 def gather_periodic_pairs(grains, period, frequency, first, second, n, b):
     """As `dem.pairs.gather_periodic_pairs`."""
     whole = n - n % LANES
@@ -357,7 +406,25 @@ def gather_periodic_pairs(grains, period, frequency, first, second, n, b):
     pairs.gather_periodic_pairs(grains, period, frequency, first[whole:], second[whole:], n - whole, b[whole:])
 
 
-@jit
+@lean_jit
+def gather_at_wall(grains, velocity, first, n, b, places):
+    """As `dem.pairs.gather_at_wall`."""
+    whole = n - n % LANES
+    for q in range(0, whole, LANES):
+        gather_lanes_at_wall(grains, first, velocity, q, b, places)
+    pairs.gather_at_wall(grains, velocity, first[whole:], n - whole, b[whole:], places[whole:])
+
+
+@lean_jit
+def scatter_at_wall(loads, first, n, b):
+    """As `dem.pairs.scatter_at_wall`."""
+    whole = n - n % LANES
+    for q in range(0, whole, LANES):
+        scatter_lanes_at_wall(loads, first, q, b)
+    pairs.scatter_at_wall(loads, first[whole:], n - whole, b[whole:])
+
+
+@lean_jit
 def gather_rolling(grains, first, second, n, b):
     """As `dem.pairs.gather_rolling`."""
     whole = n - n % LANES
@@ -366,7 +433,7 @@ def gather_rolling(grains, first, second, n, b):
     pairs.gather_rolling(grains, first[whole:], second[whole:], n - whole, b[whole:])
 
 
-@jit
+@lean_jit
 def scatter_pairs(loads, first, second, n, b):
     """As `dem.pairs.scatter_pairs`."""
     whole = n - n % LANES
@@ -375,7 +442,7 @@ def scatter_pairs(loads, first, second, n, b):
     pairs.scatter_pairs(loads, first[whole:], second[whole:], n - whole, b[whole:])
 
 
-@jit
+@lean_jit
 def scatter_rolling(loads, first, second, n, b):
     """As `dem.pairs.scatter_rolling`."""
     whole = n - n % LANES
@@ -384,7 +451,7 @@ def scatter_rolling(loads, first, second, n, b):
     pairs.scatter_rolling(loads, first[whole:], second[whole:], n - whole, b[whole:])
 
 
-@jit
+@lean_jit
 def integrate(grains, loads, gravity, dt, zero):
     """As `dem.motion.integrate`."""
     n = grains.shape[0] // GRAIN

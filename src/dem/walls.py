@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.jit import jit
+from dem.jit import jit, lean_jit
 from dem.layout import BLOCK as B
-from dem.layout import FORCE, GRAIN, LOAD, QX, RADIUS, RESIST, RESISTANCE, TWIST, UX, VX, U
+from dem.layout import FORCE
 
 BOX, TUBE = 0, 1
 
@@ -137,7 +137,7 @@ def distance_to(wall: Wall, positions: np.ndarray) -> np.ndarray:
     return np.hypot(outwards, positions[:, 2] - np.clip(positions[:, 2], wall.bottom_m, wall.top_m))
 
 
-@jit
+@lean_jit
 def box_separation(x, y, z, geometry, w):
     """Vector in m from the nearest point of box w to a point."""
     return (
@@ -147,7 +147,7 @@ def box_separation(x, y, z, geometry, w):
     )
 
 
-@jit
+@lean_jit
 def tube_separation(x, y, z, geometry, w):
     """Vector in m from the nearest point of tube w to a point."""
     x -= geometry[w, 0]
@@ -165,34 +165,20 @@ def wall_separation(grains, o, walls, w):
     return tube_separation(x, y, z, walls.geometry, w)
 
 
-@jit
-def gather_walls(grains, walls, first, second, n, b):
-    """Fill the work buffer for n wall contacts, which stand wall by wall."""
-    begin = 0
-    while begin < n:
-        end = end_of_run(second, begin, n)
-        w = second[begin]
-        if walls.kind[w] == BOX:
-            for q in range(begin, end):
-                o = np.uint64(GRAIN * first[q])
-                apart = box_separation(grains[o], grains[o + U[1]], grains[o + U[2]], walls.geometry, w)
-                store(apart, grains[o + U[RADIUS]], q, b)
-        else:
-            for q in range(begin, end):
-                o = np.uint64(GRAIN * first[q])
-                store(
-                    tube_separation(grains[o], grains[o + U[1]], grains[o + U[2]], walls.geometry, w), grains[o + U[RADIUS]], q, b
-                )
-        for q in range(begin, end):
-            o = np.uint64(GRAIN * first[q])
-            for t in range(3):
-                b[(4 + t) * B + q] = grains[o + U[VX + t]] - walls.velocity[w, t]
-                b[(7 + t) * B + q] = grains[o + U[UX + t]]
-                b[(10 + t) * B + q] = grains[o + U[UX + t]]
-        begin = end
+@lean_jit
+def separate(walls, w, places, n, b):
+    """Separations of n grains (see `dem.pairs.gather_at_wall`) from the nearest points of wall w, and r^2 - d^2."""
+    if walls.kind[w] == BOX:
+        for q in range(n):
+            apart = box_separation(places[q], places[B + q], places[2 * B + q], walls.geometry, w)
+            store(apart, places[3 * B + q], q, b)
+    else:
+        for q in range(n):
+            apart = tube_separation(places[q], places[B + q], places[2 * B + q], walls.geometry, w)
+            store(apart, places[3 * B + q], q, b)
 
 
-@jit
+@lean_jit
 def store(apart, r, q, b):
     """Put one separation and r^2 - d^2 into the work buffer."""
     x, y, z = apart
@@ -202,7 +188,7 @@ def store(apart, r, q, b):
     b[3 * B + q] = r * r - (x * x + y * y + z * z)
 
 
-@jit
+@lean_jit
 def end_of_run(values, begin, n):
     """Where the run of equal values that begins at `begin` ends."""
     end = begin + 1
@@ -211,27 +197,20 @@ def end_of_run(values, begin, n):
     return end
 
 
-@jit
-def scatter_walls(loads, walls, first, second, n, b):
-    """Add the loads of n wall contacts, which stand wall by wall, to their grains and the reactions to the walls."""
+@lean_jit
+def push(walls, w, n, b):
+    """Add the reactions of n contacts to wall w."""
+    x, y, z = 0.0, 0.0, 0.0
     for q in range(n):
-        a = np.uint64(LOAD * first[q])
-        for t in range(3):
-            loads[a + U[t]] += b[(FORCE + t) * B + q]
-            loads[a + U[QX + t]] += b[(TWIST + t) * B + q]
-        loads[a + U[RESIST]] += b[RESISTANCE * B + q]
-    begin = 0
-    while begin < n:
-        end = end_of_run(second, begin, n)
-        for t in range(3):
-            total = 0.0
-            for q in range(begin, end):
-                total += b[(FORCE + t) * B + q]
-            walls.force[second[begin], t] -= total
-        begin = end
+        x += b[FORCE * B + q]
+        y += b[(FORCE + 1) * B + q]
+        z += b[(FORCE + 2) * B + q]
+    walls.force[w, 0] -= x
+    walls.force[w, 1] -= y
+    walls.force[w, 2] -= z
 
 
-@jit
+@lean_jit
 def move_walls(walls, dt):
     """Drive and displace every wall by one step; returns the largest wall speed. `walls.force` must hold this step's forces."""
     fastest = 0.0

@@ -79,6 +79,37 @@ def test_scatter(name, n_pairs, precision):
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("n", [1, 16, 37, BLOCK])
+def test_gather_at_a_wall(n, precision):
+    grains, (first, _) = random_grains(50, 9), random_pairs(50, n, 10)
+    velocity, results = np.array([0.1, -0.2, 0.3]), []
+    for module in (pairs, vectors):
+        b, places = aligned_zeros(BUFFER * BLOCK, precision), aligned_zeros(4 * BLOCK, float)
+        module.gather_at_wall(grains, velocity, first, n, b, places)
+        results.append((b.reshape(BUFFER, BLOCK)[4:10, :n], places.reshape(4, BLOCK)[:, :n]))
+    (plain, plain_places), (vector, vector_places) = results
+    assert (plain_places == vector_places).all()
+    record = grains.reshape(-1, GRAIN)[first]
+    assert (plain_places.T == record[:, [0, 1, 2, RADIUS]]).all()
+    assert close(plain, np.hstack([record[:, VX : VX + 3] - velocity, record[:, UX : UX + 3]]).T, precision)
+    for row, row_2 in zip(plain, vector, strict=True):
+        assert close(row, row_2, precision)
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("n", [1, 16, 37, BLOCK])
+def test_scatter_at_a_wall(n, precision):
+    first, _ = random_pairs(50, n, 11)
+    buffer = np.random.default_rng(12).normal(0, 1, BUFFER * BLOCK).astype(precision)
+    plain, vector = (aligned_zeros(LOAD * 50, precision) for _ in range(2))
+    pairs.scatter_at_wall(plain, first, n, buffer)
+    vectors.scatter_at_wall(vector, first, n, buffer)
+    used = np.arange(LOAD * 50) % LOAD < LOAD - 1
+    assert np.abs(plain[used]).max() > 0
+    assert close(plain[used], vector[used], precision)
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
 @pytest.mark.parametrize("n", [1, 16, 45])
 def test_integrate(n, precision):
     start, gravity, dt = random_grains(n, 7), np.array([1.0, 2.0, -9.81]), 1e-4

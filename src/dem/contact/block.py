@@ -12,11 +12,12 @@ import math
 from dem.contact.hertz import normal_force
 from dem.contact.mindlin import slip
 from dem.contact.rolling import plastic_factor
-from dem.jit import jit
-from dem.layout import BLOCK as B
+from dem.jit import lean_jit
 from dem.layout import (
+    ARM,
     C_N,
     C_T,
+    D_T,
     FORCE,
     INV_R_I,
     INV_R_J,
@@ -25,27 +26,21 @@ from dem.layout import (
     K_T,
     MU_R,
     MU_S,
+    NORMAL,
     R_STAR,
     RESISTANCE,
     TWIST,
     TWIST_J,
 )
+from dem.layout import BLOCK as B
 
 
-@jit
-def separation(q, b, inv_R_sum, one, tiny):
-    """Of contact q: unit normal, d / R_sum and overlap, the latter from the gap R_sum^2 - d^2 that was rounded only once."""
-    x, y, z = b[q], b[B + q], b[2 * B + q]
-    d2 = x * x + y * y + z * z
-    inv_d = one / math.sqrt(d2)
-    arm = d2 * inv_d * inv_R_sum
-    overlap = max(b[3 * B + q] * inv_R_sum / (one + arm), tiny)
-    return x * inv_d, y * inv_d, z * inv_d, arm, overlap
-
-
-@jit
+@lean_jit
 def contact_stage(n, b, c, h, dt, one, zero, tiny, least):
     """Loads of n contacts with type A rolling.
+
+    Three short loops instead of a long one: a processor works on several contacts' chains of operations at a time only while they
+    fit into its window.
 
     Parameters
     ----------
@@ -53,11 +48,29 @@ def contact_stage(n, b, c, h, dt, one, zero, tiny, least):
     dt, one, zero, tiny : time step and constants in the contact precision (a plain literal would promote to float64).
     least : smallest normal force; zero where contacts must not pull, else far below any force.
     """
+    normal_loop(n, b, c, one, zero, tiny, least)
+    tangential_loop(n, b, c, h, dt, one, zero, tiny)
+    load_loop(n, b, c, zero)
+
+
+@lean_jit
+def normal_loop(n, b, c, one, zero, tiny, least):
+    """Unit normal, relative velocity of the surfaces, stiffness and damping, normal force (zero without touch)."""
     for q in range(n):
-        nx, ny, nz, arm, overlap = separation(q, b, c[INV_R_SUM * B + q], one, tiny)
-        touching = one if b[3 * B + q] > zero else zero
+        x = b[q]
+        y = b[B + q]
+        z = b[2 * B + q]
+        gap = b[3 * B + q]
+        inv_R_sum = c[INV_R_SUM * B + q]
+        d2 = x * x + y * y + z * z
+        inv_d = one / math.sqrt(d2)
+        arm = d2 * inv_d * inv_R_sum
+        overlap = max(gap * inv_R_sum / (one + arm), tiny)  # from the gap R_sum^2 - d^2, which was rounded only once
         root = math.sqrt(overlap)
         fourth_root = math.sqrt(root)
+        nx = x * inv_d
+        ny = y * inv_d
+        nz = z * inv_d
         vx = b[4 * B + q]
         vy = b[5 * B + q]
         vz = b[6 * B + q]
@@ -65,10 +78,32 @@ def contact_stage(n, b, c, h, dt, one, zero, tiny, least):
         uy = b[8 * B + q] * arm
         uz = b[9 * B + q] * arm
         v_n = vx * nx + vy * ny + vz * nz
-        tx = vx - v_n * nx + ny * uz - nz * uy
-        ty = vy - v_n * ny + nz * ux - nx * uz
-        tz = vz - v_n * nz + nx * uy - ny * ux
         f_n = normal_force(overlap, root, fourth_root, v_n, c[K_N * B + q], c[C_N * B + q], least)
+        b[q] = nx
+        b[B + q] = ny
+        b[2 * B + q] = nz
+        b[3 * B + q] = c[K_T * B + q] * root
+        b[4 * B + q] = vx - v_n * nx + ny * uz - nz * uy
+        b[5 * B + q] = vy - v_n * ny + nz * ux - nx * uz
+        b[6 * B + q] = vz - v_n * nz + nx * uy - ny * ux
+        b[D_T * B + q] = c[C_T * B + q] * fourth_root
+        b[ARM * B + q] = arm
+        b[NORMAL * B + q] = f_n if gap > zero else zero
+
+
+@lean_jit
+def tangential_loop(n, b, c, h, dt, one, zero, tiny):
+    """Tangential force of spring and dashpot, in place of the surfaces' velocity."""
+    for q in range(n):
+        nx = b[q]
+        ny = b[B + q]
+        nz = b[2 * B + q]
+        S_t = b[3 * B + q]
+        tx = b[4 * B + q]
+        ty = b[5 * B + q]
+        tz = b[6 * B + q]
+        D_t = b[D_T * B + q]
+        limit = c[MU_S * B + q] * max(b[NORMAL * B + q], zero)
         sx = h[q]
         sy = h[B + q]
         sz = h[2 * B + q]
@@ -76,11 +111,7 @@ def contact_stage(n, b, c, h, dt, one, zero, tiny, least):
         sx += tx * dt - s_n * nx
         sy += ty * dt - s_n * ny
         sz += tz * dt - s_n * nz
-        S_t = c[K_T * B + q] * root
-        D_t = c[C_T * B + q] * fourth_root
-        push = max(f_n, zero)
-        limit = c[MU_S * B + q] * push
-        factor = touching * slip(S_t * math.sqrt(sx * sx + sy * sy + sz * sz), limit, one, tiny)
+        factor = slip(S_t * S_t * (sx * sx + sy * sy + sz * sz), limit, one, tiny)
         sx *= factor
         sy *= factor
         sz *= factor
@@ -90,26 +121,42 @@ def contact_stage(n, b, c, h, dt, one, zero, tiny, least):
         fx = S_t * sx + D_t * tx
         fy = S_t * sy + D_t * ty
         fz = S_t * sz + D_t * tz
-        factor = touching * slip(math.sqrt(fx * fx + fy * fy + fz * fz), limit, one, tiny)
-        f_n *= touching
-        fx *= factor
-        fy *= factor
-        fz *= factor
+        factor = slip(fx * fx + fy * fy + fz * fz, limit, one, tiny)
+        b[4 * B + q] = fx * factor
+        b[5 * B + q] = fy * factor
+        b[6 * B + q] = fz * factor
+
+
+@lean_jit
+def load_loop(n, b, c, zero):
+    """Force, Q and rolling resistance of normal and tangential force."""
+    for q in range(n):
+        nx = b[q]
+        ny = b[B + q]
+        nz = b[2 * B + q]
+        fx = b[4 * B + q]
+        fy = b[5 * B + q]
+        fz = b[6 * B + q]
+        arm = b[ARM * B + q]
+        f_n = b[NORMAL * B + q]
         b[FORCE * B + q] = f_n * nx - fx
         b[(FORCE + 1) * B + q] = f_n * ny - fy
         b[(FORCE + 2) * B + q] = f_n * nz - fz
         b[TWIST * B + q] = arm * (ny * fz - nz * fy)
         b[(TWIST + 1) * B + q] = arm * (nz * fx - nx * fz)
         b[(TWIST + 2) * B + q] = arm * (nx * fy - ny * fx)
-        b[RESISTANCE * B + q] = push * touching * c[MU_R * B + q]
+        b[RESISTANCE * B + q] = max(f_n, zero) * c[MU_R * B + q]
 
 
-@jit
+@lean_jit
 def rolling_stage(n, b, c, h, dt, one, zero, tiny):
     """Elastic-plastic rolling moments of n contacts, after `contact_stage`: type C in place of type A."""
     half = one / (one + one)
     for q in range(n):
-        nx, ny, nz, _, overlap = separation(q, b, c[INV_R_SUM * B + q], one, tiny)
+        nx = b[q]
+        ny = b[B + q]
+        nz = b[2 * B + q]
+        S_t = b[3 * B + q]
         turn_i = half * dt * c[INV_R_I * B + q]  # of u_i = (sum + difference) / 2
         turn_j = half * dt * c[INV_R_J * B + q]
         both, differ = turn_i - turn_j, turn_i + turn_j
@@ -121,7 +168,7 @@ def rolling_stage(n, b, c, h, dt, one, zero, tiny):
         wy -= w_n * ny
         wz -= w_n * nz
         R_star = c[R_STAR * B + q]
-        k_r = c[K_T * B + q] * math.sqrt(overlap) * R_star * R_star
+        k_r = S_t * R_star * R_star
         limit = b[RESISTANCE * B + q] * R_star
         factor = plastic_factor(k_r * math.sqrt(wx * wx + wy * wy + wz * wz), limit, one, tiny * tiny)
         wx *= factor

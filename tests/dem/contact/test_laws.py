@@ -66,11 +66,11 @@ def test_the_dashpot_resists_approach():
 
 @given(st.floats(0.0, 10.0), st.floats(0.0, 10.0))
 def test_slip_never_lets_the_force_exceed_the_limit(trial, limit):
-    factor = mindlin.slip(trial, limit, 1.0, 1e-30)
+    factor = mindlin.slip(trial**2, limit, 1.0, 1e-30)
     assert 0.0 <= factor <= 1.0
     assert trial * factor <= limit * (1 + 1e-12)
-    if trial < limit:
-        assert factor == 1.0
+    if trial < limit and limit > 1e-20:  # forces of the size of `tiny` do not matter
+        assert factor == pytest.approx(1.0, rel=1e-12)
 
 
 @given(st.tuples(*[st.floats(-5, 5)] * 3), st.floats(0.0, 10.0))
