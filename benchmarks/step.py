@@ -56,10 +56,10 @@ def wall(n, grains, loads, wall_arrays, contacts, buffer, constants, options, dt
 
 
 @jit
-def integrate(n, grains, loads, gravity, dt, zero):
+def integrate(n, grains, loads, which, gravity, dt, zero):
     """Motion n times."""
     for _ in range(n):
-        vectors.integrate(grains, loads, gravity, dt, zero)
+        vectors.integrate(grains, loads, which, gravity, dt, zero)
 
 
 @jit
@@ -114,7 +114,7 @@ def profile(s) -> dict[str, float]:
     per_pruning = 2.2 * fastest * s.time_step_s * loop.PRUNE_STEPS
     reach = float(np.clip(per_pruning, loop.LEAST_REACH * s._skin, loop.MOST_REACH * s._skin))
     frequency, n_materials, dt = neighbours.frequencies(s._period), len(s.materials), s.time_step_s
-    constants = loop.Constants(*(s._type(value) for value in (dt, 1.0, 0.0, 1e-18, -1e30)))
+    constants = s._constants
     lists = (s._pair_table, n_materials, s._material)
     neighbours.common_constants(s._grains, s._contacts, *lists)
     slabs.prune(s._grains, s._period, frequency, False, s._pairs, reach, s._contacts, *lists)
@@ -127,7 +127,7 @@ def profile(s) -> dict[str, float]:
         "contact": best_us(contact, grains, s._contacts, buffer, constants, s._options),
         "scatter": best_us(scatter, loads, s._contacts, buffer),
         "walls": best_us(wall, grains, loads, *on_walls, dt * 1e-9, s._glued, s._carrier),
-        "integrate": best_us(integrate, grains, loads, s._gravity, dt * 1e-9, constants.zero),
+        "integrate": best_us(integrate, grains, loads, s._pairs.order, s._gravity, dt * 1e-9, constants.zero),
     }
     stages["contact"] -= stages["gather"]
     n_pairs, n_wall_contacts = int(s._contacts.count.sum()), int(s._wall_contacts.count.sum())

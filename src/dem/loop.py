@@ -73,8 +73,9 @@ class Options(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Numbers in the contact precision: time step, one, zero, a tiny positive number, the smallest normal force."""
+    """Time step in float64; in the contact precision: time step, one, zero, a tiny positive number, the smallest normal force."""
 
+    step: float
     dt: float
     one: float
     zero: float
@@ -266,6 +267,9 @@ def advance(
     done = 0
     mean_force[:] = 0.0
     places = np.empty(4 * BLOCK)
+    # loads on glued grains are the walls', and the ledger books complete loads: then all grains wait for all loads
+    moves_at_once = glued.shape[0] == 0 and ledger is None
+    speeds[:] = 0.0
     common_constants(grains, contacts, pair_table, n_materials, material)
     for _ in range(n_steps):
         if 2.0 * travel > reach:
@@ -282,20 +286,26 @@ def advance(
             n_prunings += 1
         if ledger is not None:
             energy.note_step(grains, period, frequency, contacts, walls, wall_contacts, constants, ledger, options.elastic_rolling)
-        if parallel is None:
-            slabs.pair_forces(grains, loads, contacts, period, frequency, buffers, constants, options)
-        else:
-            slabs.pair_forces_threads(grains, loads, contacts, period, frequency, buffers, constants, options)
         wall_forces(grains, loads, walls, wall_contacts, buffers[0], places, constants, options)
+        if parallel is None:
+            slabs.step(
+                moves_at_once, grains, loads, contacts, pair_list, period, frequency, gravity, buffers, speeds, constants, options
+            )
+        else:
+            slabs.step_threads(
+                moves_at_once, grains, loads, contacts, pair_list, period, frequency, gravity, buffers, speeds, constants, options
+            )
         carry_glued(grains, loads, walls, glued, carrier)
         if ledger is not None:
             energy.book_step(grains, loads, contacts, walls, wall_contacts, gravity, dt, ledger)
         mean_force += walls.force
         wall_speed = move_walls(walls, dt)
-        if parallel is None:
-            fastest = slabs.integrate(grains, loads, gravity, dt, constants.zero, speeds, options) + wall_speed
-        else:
-            fastest = slabs.integrate_threads(grains, loads, gravity, dt, constants.zero, speeds, options) + wall_speed
+        if not moves_at_once:
+            if parallel is None:
+                slabs.move(grains, loads, pair_list, gravity, speeds, constants, options)
+            else:
+                slabs.move_threads(grains, loads, pair_list, gravity, speeds, constants, options)
+        fastest = speeds.max() + wall_speed
         travel += fastest * dt
         list_age[1] += wall_speed * dt
         done += 1

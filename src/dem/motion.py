@@ -13,13 +13,13 @@ from dem.layout import FREE, GRAIN, INVERSE_MASS, LOAD, QX, QY, QZ, RESIST, UX, 
 
 
 @lean_jit
-def integrate(grains, loads, gravity, dt, zero):
-    """Advance all grains by dt, clear the loads, return the largest speed (m/s)."""
+def integrate(grains, loads, which, gravity, dt, zero):
+    """Advance the grains of the numbers `which` by dt, clear their loads, return the largest speed (m/s)."""
     fastest = 0.0
     gx, gy, gz = gravity[0] * dt, gravity[1] * dt, gravity[2] * dt
-    for k in range(grains.shape[0] // GRAIN):
-        i = np.uint64(k * GRAIN)
-        a = np.uint64(k * LOAD)
+    for k in range(which.shape[0]):
+        i = np.uint64(which[k] * GRAIN)
+        a = np.uint64(which[k] * LOAD)
         kick = grains[i + U[INVERSE_MASS]] * dt
         free = grains[i + U[FREE]]
         vx = grains[i + U[VX]] + kick * loads[a] + free * gx

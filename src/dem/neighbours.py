@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from dem.contact import hertz, mindlin
-from dem.jit import jit, strict_jit
+from dem.jit import jit, lean_jit, strict_jit
 from dem.layout import (
     BLOCK,
     C_N,
@@ -42,8 +42,8 @@ FARTHEST = 1e5
 #: A grid has at most about so many cells per axis; beyond, cells are made larger.
 MOST_CELLS = 400
 
-#: Most slabs, and fewest grains that are worth a slab.
-SLABS = 16
+#: Most slabs, and fewest grains that are worth a slab: what belongs to a few slabs stays in the second-level cache.
+SLABS = 128
 GRAINS_PER_SLAB = 2000
 
 #: Neighbouring contacts in a block should not share a grain, or their scatters wait for each other.
@@ -151,12 +151,19 @@ def cut_slabs(start, shape, slab):
         slab[s] = start[layer * area]
 
 
+@lean_jit
+def used_slabs(begin):
+    """How many slabs there are, one or an even number, from where they begin: unused ones begin at the end."""
+    used = 1
+    while used < SLABS and begin[used] < begin[SLABS]:
+        used += 1
+    return used
+
+
 @strict_jit
 def cut_contacts(row, order, slab, n_entries, begin):
     """Where each slab's contacts begin in the contact blocks: room in proportion to its entries, at a whole block."""
-    used = 1
-    while used < SLABS and slab[used] < slab[SLABS]:
-        used += 1
+    used = used_slabs(slab)
     room = begin[SLABS] // BLOCK - used
     for s in range(used):
         begin[s] = (row[order[slab[s]], 0] * room // max(n_entries, 1) + s) * BLOCK if slab[SLABS] > 0 else 0
@@ -173,7 +180,7 @@ def frequencies(period):
     return frequency
 
 
-@jit
+@lean_jit
 def nearest_image(dx, period, frequency):
     """Separation to the nearest periodic image; without branches, since a frequency of 0 leaves dx as it is."""
     return dx - period * np.rint(dx * frequency)
@@ -232,7 +239,7 @@ def find_pairs(grains, period, skin, row, partner, order, slab):
     return m
 
 
-@jit
+@lean_jit
 def keep(in_order, order, rank, k, x, y, z, skin, partner, m):
     """Append the grain of rank k if it is near enough and not fixed together with the first; returns the new length.
 
@@ -244,7 +251,7 @@ def keep(in_order, order, rank, k, x, y, z, skin, partner, m):
     return m + int(near & (in_order[rank, 4] + in_order[k, 4] > 0.0))
 
 
-@jit
+@lean_jit
 def scan(in_order, order, rank, first, last, skin, partner, m):
     """Append the neighbours of one grain among the ranks from first to last; returns the new length."""
     for k in range(first, last):
@@ -255,7 +262,7 @@ def scan(in_order, order, rank, first, last, skin, partner, m):
     return m
 
 
-@jit
+@lean_jit
 def scan_periodic(in_order, order, rank, first, last, skin, period, frequency, partner, m):
     """As `scan`, to the nearest periodic images."""
     for k in range(first, last):
@@ -328,7 +335,7 @@ def copy_entry(old, i, j, new, k, sign):
     return False
 
 
-@jit
+@lean_jit
 def interleaved(q):
     """Position in the outer order of slot q of a full block."""
     return (q % STRIDE) * (BLOCK // STRIDE) + q // STRIDE
@@ -382,7 +389,7 @@ def common_constants(grains, contacts, pair_table, n_materials, material):
     contacts.alike[0] = 1
 
 
-@jit
+@lean_jit
 def near_pairs(s, grains, outer, reach, first, second, slot):
     """List (i, j, entry) of every outer pair of slab s closer than r_i + r_j + reach; returns how many, -1 without enough room.
 
@@ -407,7 +414,7 @@ def near_pairs(s, grains, outer, reach, first, second, slot):
     return m
 
 
-@jit
+@lean_jit
 def near_periodic_pairs(s, grains, period, frequency, outer, reach, first, second, slot):
     """As `near_pairs`, by nearest image."""
     m = 0
@@ -471,7 +478,7 @@ def prune_walls(grains, walls, outer, reach, contacts, pair_table, n_materials, 
     contacts.count[0] = total
 
 
-@jit
+@lean_jit
 def load_constants(block, q, pair, grains, i, r_j, inverse_mass_j):
     """Raw material of contact q for `finish_blocks`; r_j = 0 stands for a wall (flat, infinitely heavy)."""
     e = (q // BLOCK) * ROWS * BLOCK + q % BLOCK
@@ -485,7 +492,7 @@ def load_constants(block, q, pair, grains, i, r_j, inverse_mass_j):
     block[e + MU_R * BLOCK] = pair[PAIR_MU_R]
 
 
-@jit
+@lean_jit
 def load_history(block, q, history):
     """Contact history of contact q."""
     e = (q // BLOCK) * ROWS * BLOCK + q % BLOCK
@@ -493,14 +500,14 @@ def load_history(block, q, history):
         block[e + (HISTORY + t) * BLOCK] = history[t]
 
 
-@jit
+@lean_jit
 def finish_blocks(block, n_contacts):
     """Turn radii, masses and moduli of all contacts into pair constants, whole blocks at a time."""
     for k0 in range(0, n_contacts, BLOCK):
         finish_block(block[k0 * ROWS : (k0 + BLOCK) * ROWS], min(BLOCK, n_contacts - k0))
 
 
-@jit
+@lean_jit
 def finish_block(c, n):
     """Pair constants of one block from what `load_constants` put there."""
     for q in range(n):
@@ -523,7 +530,7 @@ def finish_block(c, n):
         c[INV_R_J * BLOCK + q] = 0 if flat else 1 / r_j
 
 
-@jit
+@lean_jit
 def save_slab(s, contacts, history):
     """Write the contact history of slab s from the blocks back to the outer list, and forget the contacts."""
     begin = contacts.begin[s]

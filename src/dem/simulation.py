@@ -16,7 +16,7 @@ from dem.jit import MAX_THREADS, set_num_threads
 from dem.layout import BLOCK, BUFFER, FREE, GRAIN, HISTORY, INVERSE_MASS, LOAD, N_HISTORY, RADIUS, ROWS, UX, VX, aligned_zeros
 from dem.material import DAMPING_MODELS, Interaction, Material, pair_constants, require
 from dem.neighbours import GRAINS_PER_SLAB, SLABS, cell_size, is_sound, sort_into_cells
-from dem.slabs import STRETCHES
+from dem.slabs import GROUPS
 from dem.timestep import stable_time_step
 from dem.walls import Wall, distance_to, from_arrays, to_arrays
 
@@ -34,8 +34,8 @@ LEAST_SKIN_RATIO = 0.2
 #: Room in the lists to begin with; they grow when needed. Contacts are the outer list's entries that may touch soon.
 PAIRS_PER_GRAIN, CONTACT_SHARE, WALL_PAIRS_PER_GRAIN = 5.3, 0.8, 0.5
 
-#: From so many grains on (the second-level cache is full), they are sorted in space every so many steps.
-SORT_FROM, SORT_STEPS = 10_000, 5000
+#: From so many grains on (the first-level cache is full), they are sorted in space every so many steps.
+SORT_FROM, SORT_STEPS = 1000, 5000
 
 NO_RECORDS = np.zeros((0, GRAIN))
 
@@ -129,7 +129,9 @@ class Simulation:
         )
         self._type = np.dtype(precision).type
         least = 0.0 if damping_model == "no_pull" else NO_BOUND
-        self._constants = loop.Constants(*(self._type(value) for value in (self.time_step_s, 1.0, 0.0, TINY, least)))
+        self._constants = loop.Constants(
+            self.time_step_s, *(self._type(value) for value in (self.time_step_s, 1.0, 0.0, TINY, least))
+        )
         self._threads, self._parallel = threads, None if threads == 1 else True
         self.gravity_m_s2 = tuple(gravity_m_s2)
         self._gravity = np.asarray(gravity_m_s2, float)
@@ -146,9 +148,9 @@ class Simulation:
         self.n_left = 0
         compiled.ensure(precision, threads > 1, energy_ledger)
         self.mean_wall_forces_n: dict[str, np.ndarray] = {}
-        n_buffers = 1 if threads == 1 else SLABS // 2
+        n_buffers = 1 if threads == 1 else GROUPS // 2
         self._buffers = aligned_zeros(n_buffers * BUFFER * BLOCK, self._type).reshape(n_buffers, -1)
-        self._speeds = np.zeros(STRETCHES)
+        self._speeds = np.zeros(SLABS)
         self._allocate(np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int64))
         self._glued = np.zeros(0, np.int64)
         self._carrier = np.zeros(0, np.int64)

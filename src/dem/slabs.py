@@ -1,5 +1,6 @@
-"""Work that may run side by side: slabs of contacts (see `dem.neighbours.cut_slabs`) and stretches of grains.
+"""Work that may run side by side: slabs of grains and their contacts (see `dem.neighbours.cut_slabs`), and groups of slabs.
 
+A slab's grains move as soon as their loads are complete, while they are still in the cache.
 Every function comes twice, for one thread and for several; both do the same work in the same order per grain, so results have
 the same bytes for any number of threads.
 """
@@ -7,12 +8,11 @@ the same bytes for any number of threads.
 from dem import motion, pairs, vectors
 from dem.contact.block import contact_stage, rolling_stage
 from dem.jit import jit, lean_jit, parallel_jit, prange
-from dem.layout import BLOCK, GRAIN, HISTORY, LOAD, ROWS
-from dem.neighbours import SLABS, prune_slab, save_slab
+from dem.layout import BLOCK, HISTORY, ROWS
+from dem.neighbours import prune_slab, save_slab, used_slabs
 
-#: Grains are integrated in so many stretches, each a whole number of STRETCH_UNIT grains.
-STRETCHES = 32
-STRETCH_UNIT = vectors.LANES
+#: Neighbouring slabs are done in turn, in so many groups that may run side by side if their numbers are both even or both odd.
+GROUPS = 16
 
 
 @lean_jit
@@ -95,25 +95,75 @@ def slab_forces(s, grains, loads, contacts, period, frequency, buffer, constants
 
 
 @lean_jit
-def pair_forces(grains, loads, contacts, period, frequency, buffers, constants, options):
-    """Loads of all grain-grain contacts: first the slabs of even number, then the others."""
+def move_slab(s, grains, loads, outer, gravity, speeds, constants, options):
+    """Advance the grains of one slab; speeds[s] becomes their largest speed (m/s)."""
+    which = outer.order[outer.slab[s] : outer.slab[s + 1]]
+    if options.vector_code:
+        speeds[s] = vectors.integrate(grains, loads, which, gravity, constants.step, constants.zero)
+    else:
+        speeds[s] = motion.integrate(grains, loads, which, gravity, constants.step, constants.zero)
+
+
+@lean_jit
+def group_step(g, moves, grains, loads, contacts, outer, period, frequency, gravity, buffer, speeds, constants, options):
+    """Loads of the contacts of one group of slabs and, if `moves`, the motion of the grains that wait for no other load.
+
+    A slab's grains have all their loads when its own contacts and those of the slab before are done (and, across a periodic face,
+    those of the first slab). The first slab of an even group waits for the odd group before, which then moves it.
+    """
+    used = used_slabs(outer.slab)
+    groups = min(GROUPS, used)
+    if g >= groups:
+        return
+    begin, end = g * used // groups, (g + 1) * used // groups
+    for s in range(begin, end):
+        slab_forces(s, grains, loads, contacts, period, frequency, buffer, constants, options)
+        if moves and (s > begin or g % 2 == 1 or used == 1):
+            move_slab(s, grains, loads, outer, gravity, speeds, constants, options)
+    if moves and g % 2 == 1:
+        move_slab(end % used, grains, loads, outer, gravity, speeds, constants, options)
+
+
+@lean_jit
+def step(moves, grains, loads, contacts, outer, period, frequency, gravity, buffers, speeds, constants, options):
+    """Loads of all grain-grain contacts and, if `moves`, the motion of all grains: first the groups of even number."""
     for parity in range(2):
-        for k in range(SLABS // 2):
-            slab_forces(2 * k + parity, grains, loads, contacts, period, frequency, buffers[0], constants, options)
+        for k in range(GROUPS // 2):
+            group_step(
+                2 * k + parity, moves, grains, loads, contacts, outer, period, frequency, gravity, buffers[0], speeds, constants,
+                options,
+            )  # fmt: skip
 
 
 @parallel_jit
-def pair_forces_threads(grains, loads, contacts, period, frequency, buffers, constants, options):
-    """As `pair_forces`, on several threads."""
+def step_threads(moves, grains, loads, contacts, outer, period, frequency, gravity, buffers, speeds, constants, options):
+    """As `step`, on several threads."""
     for parity in range(2):
-        for k in prange(SLABS // 2):
-            slab_forces(2 * k + parity, grains, loads, contacts, period, frequency, buffers[k], constants, options)
+        for k in prange(GROUPS // 2):
+            group_step(
+                2 * k + parity, moves, grains, loads, contacts, outer, period, frequency, gravity, buffers[k], speeds, constants,
+                options,
+            )  # fmt: skip
+
+
+@lean_jit
+def move(grains, loads, outer, gravity, speeds, constants, options):
+    """Advance all grains."""
+    for s in range(used_slabs(outer.slab)):
+        move_slab(s, grains, loads, outer, gravity, speeds, constants, options)
+
+
+@parallel_jit
+def move_threads(grains, loads, outer, gravity, speeds, constants, options):
+    """As `move`, on several threads."""
+    for s in prange(used_slabs(outer.slab)):
+        move_slab(s, grains, loads, outer, gravity, speeds, constants, options)
 
 
 @jit
 def prune(grains, period, frequency, periodic, outer, reach, contacts, pair_table, n_materials, material):
     """Copy the pairs that may touch from the outer list into the contact blocks; says whether there was room for all."""
-    for s in range(SLABS):
+    for s in range(used_slabs(outer.slab)):
         prune_slab(s, grains, period, frequency, periodic, outer, reach, contacts, pair_table, n_materials, material)
     return contacts.count.min() >= 0
 
@@ -121,7 +171,7 @@ def prune(grains, period, frequency, periodic, outer, reach, contacts, pair_tabl
 @parallel_jit
 def prune_threads(grains, period, frequency, periodic, outer, reach, contacts, pair_table, n_materials, material):
     """As `prune`, on several threads."""
-    for s in prange(SLABS):
+    for s in prange(used_slabs(outer.slab)):
         prune_slab(s, grains, period, frequency, periodic, outer, reach, contacts, pair_table, n_materials, material)
     return contacts.count.min() >= 0
 
@@ -129,41 +179,12 @@ def prune_threads(grains, period, frequency, periodic, outer, reach, contacts, p
 @jit
 def save(contacts, history):
     """Write all contact history back to the outer list, and forget the contacts."""
-    for s in range(SLABS):
+    for s in range(used_slabs(contacts.begin)):
         save_slab(s, contacts, history)
 
 
 @parallel_jit
 def save_threads(contacts, history):
     """As `save`, on several threads."""
-    for s in prange(SLABS):
+    for s in prange(used_slabs(contacts.begin)):
         save_slab(s, contacts, history)
-
-
-@lean_jit
-def integrate_stretch(k, grains, loads, gravity, dt, zero, options):
-    """Advance one stretch of grains; returns the largest speed (m/s)."""
-    n = grains.shape[0] // GRAIN
-    units = (n + STRETCH_UNIT - 1) // STRETCH_UNIT
-    begin = min(k * units // STRETCHES * STRETCH_UNIT, n)
-    end = min((k + 1) * units // STRETCHES * STRETCH_UNIT, n)
-    some_grains, some_loads = grains[GRAIN * begin : GRAIN * end], loads[LOAD * begin : LOAD * end]
-    if options.vector_code:
-        return vectors.integrate(some_grains, some_loads, gravity, dt, zero)
-    return motion.integrate(some_grains, some_loads, gravity, dt, zero)
-
-
-@lean_jit
-def integrate(grains, loads, gravity, dt, zero, speeds, options):
-    """Advance all grains; returns the largest speed (m/s). speeds : (STRETCHES,) scratch."""
-    if options.vector_code:
-        return vectors.integrate(grains, loads, gravity, dt, zero)
-    return motion.integrate(grains, loads, gravity, dt, zero)
-
-
-@parallel_jit
-def integrate_threads(grains, loads, gravity, dt, zero, speeds, options):
-    """As `integrate`, on several threads."""
-    for k in prange(STRETCHES):
-        speeds[k] = integrate_stretch(k, grains, loads, gravity, dt, zero, options)
-    return speeds.max()

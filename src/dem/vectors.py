@@ -53,9 +53,10 @@ class Emitter:
         self.b.store(vector, self._pointer(array, offset, vector.type), align=BYTES[str(array[1])])
 
     def index(self, array, q, c, record):
-        """Offset of the record whose number stands at q + c in an array of int32."""
+        """Offset of the record whose number stands at q + c in an array of integers."""
         number = self.b.load(self.b.gep(array[0], [self.at(q, c)]))
-        return self.b.mul(self.b.zext(number, INT64), ir.Constant(INT64, record))
+        number = number if number.type == INT64 else self.b.zext(number, INT64)
+        return self.b.mul(number, ir.Constant(INT64, record))
 
     def at(self, offset, extra):
         """Offset plus a constant."""
@@ -318,26 +319,27 @@ def scatter_lanes_at_wall(typing, loads, first, q, b):
 
 
 @intrinsic
-def integrate_lanes(typing, grains, loads, gravity, dt, k):
-    """Advance LANES grains from number k on; returns their largest squared speed."""
+def integrate_lanes(typing, grains, loads, which, gravity, dt, k):
+    """Advance LANES grains, which[k] and the next ones; returns their largest squared speed."""
 
     def generate(context, builder, signature, args):
         return emit_integrate(Emitter(context, builder, signature, args))
 
-    return types.float64(grains, loads, gravity, dt, k), generate
+    return types.float64(grains, loads, which, gravity, dt, k), generate
 
 
 def emit_integrate(e):
     """Emit one step of LANES grains; see `dem.motion.integrate`."""
-    grains, loads = e.array(0), e.array(1)
+    grains, loads, which = e.array(0), e.array(1), e.array(2)
     element = loads[1]
-    step, k = spread_scalar(e, e.args[3], 8), e.args[4]
+    step, k = spread_scalar(e, e.args[4], 8), e.args[5]
     nothing = e.constant([0.0] * 8)
-    fall = e.b.fmul(e.padded_axes(2), step)
+    fall = e.b.fmul(e.padded_axes(3), step)
     twist = e.b.fmul(step, e.constant([1.0, 1.0, 1.0, 2.5, 2.5, 2.5, 2.5, 0.0]))
-    moved, seen = [], []
+    offsets, moved, seen = [], [], []
     for c in range(LANES):
-        grain, load = grain_offset(e, k, c, GRAIN), grain_offset(e, k, c, LOAD)
+        grain, load = e.index(which, k, c, GRAIN), e.index(which, k, c, LOAD)
+        offsets.append(grain)
         m = e.load(grains, e.at(grain, VX), 8)
         impulse = e.b.fmul(e.widen(e.load(loads, load, 8)), e.b.fmul(e.spread(m, INVERSE_MASS - VX, 8), twist))
         change = e.fma(e.spread(m, FREE - VX, 8), fall, e.pick(impulse, nothing, [0, 1, 2, 3, 4, 5, 8, 8]))
@@ -355,7 +357,7 @@ def emit_integrate(e):
     keep = e.call("maxnum", keep, e.constant([0.0] * LANES, element))
     ones = e.constant([1.0] * 8)
     for c in range(LANES):
-        grain = grain_offset(e, k, c, GRAIN)
+        grain = offsets[c]
         factor = e.pick(e.widen(e.spread(keep, c, 8)), ones, [8, 8, 8, 0, 0, 0, 8, 8])
         m = e.b.fmul(moved[c], factor)
         e.store(grains, e.at(grain, VX), m)
@@ -372,11 +374,6 @@ def undefined(count):
 def spread_scalar(e, value, count):
     """Vector of `count` copies of a number."""
     return e.spread(e.b.insert_element(undefined(count), value, ir.Constant(INT32, 0)), 0, count)
-
-
-def grain_offset(e, k, c, record):
-    """Offset of the record of grain k + c."""
-    return e.b.mul(e.at(k, c), ir.Constant(INT64, record))
 
 
 def largest(e, vector):
@@ -452,12 +449,11 @@ def scatter_rolling(loads, first, second, n, b):
 
 
 @lean_jit
-def integrate(grains, loads, gravity, dt, zero):
+def integrate(grains, loads, which, gravity, dt, zero):
     """As `dem.motion.integrate`."""
-    n = grains.shape[0] // GRAIN
+    n = which.shape[0]
     whole = n - n % LANES
     fastest2 = 0.0
     for k in range(0, whole, LANES):
-        fastest2 = max(fastest2, integrate_lanes(grains, loads, gravity, dt, k))
-    rest = motion.integrate(grains[GRAIN * whole :], loads[LOAD * whole :], gravity, dt, zero)
-    return max(math.sqrt(fastest2), rest)
+        fastest2 = max(fastest2, integrate_lanes(grains, loads, which, gravity, dt, k))
+    return max(math.sqrt(fastest2), motion.integrate(grains, loads, which[whole:], gravity, dt, zero))

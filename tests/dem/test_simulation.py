@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import dem
-from dem import loop, neighbours
+from dem import loop, neighbours, slabs
 from dem.layout import GRAIN, INVERSE_MASS, N_HISTORY, RADIUS
 
 MATERIAL = dem.Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)
@@ -271,22 +271,51 @@ def test_impossible_input_is_refused_with_name_value_and_what_is_allowed(make_it
         make_it()
 
 
+def wide_bed(threads=1, period_x=0.0, n_grains=36_000):
+    """Enough grains for more slabs than groups and for sorting in space, on their way down."""
+    simulation = make([floor()], threads=threads, period_m=(period_x, 0.0, 0.0))
+    region = dem.BoxRegion(low_m=(0.0, 0.0), high_m=(0.25, 0.08), bottom_m=0.0)
+    sizes = dem.Sizes(mean_m=RADIUS_M)
+    simulation.add_factory(dem.Factory(n_grains=n_grains, region=region, sizes=sizes, material="soil", seed=1))
+    simulation.advance(2500)
+    assert neighbours.used_slabs(simulation._pairs.slab) > slabs.GROUPS
+    return simulation
+
+
 @pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one processor core")
 def test_any_number_of_threads_gives_the_same_bytes():
-    """Enough grains for several slabs and for sorting in space."""
-    states = []
-    for threads in (1, 2):
-        simulation = make([floor()], threads=threads)
-        region = dem.BoxRegion(low_m=(-0.1, -0.04), high_m=(0.1, 0.04), bottom_m=0.0)
-        factory = dem.Factory(n_grains=12_000, region=region, sizes=dem.Sizes(mean_m=RADIUS_M), material="soil", seed=1)
-        simulation.add_factory(factory)
-        simulation.advance(400)
-        assert np.count_nonzero(np.diff(simulation._pairs.slab)) > 1
-        states.append(simulation.grains)
-    one, two = states
+    one, two = (wide_bed(threads).grains for threads in (1, 2))
     assert one.velocities_m_s.any()
     for name in ("positions_m", "velocities_m_s", "angular_velocities_rad_s"):
         assert getattr(one, name).tobytes() == getattr(two, name).tobytes()
+
+
+@pytest.mark.parametrize("period_x", [0.0, 0.25])
+def test_grains_that_move_at_once_move_as_when_all_wait_for_all_loads(period_x):
+    results = []
+    for at_once in (True, False):
+        s = wide_bed(period_x=period_x)
+        advance_by_hand(s, at_once, n_steps=20)
+        results.append((s._grains.tobytes(), s._contacts.block.tobytes()))
+        assert not s._loads.any()
+    assert results[0] == results[1]
+
+
+def advance_by_hand(s, at_once, n_steps):
+    """Steps without walls and without upkeep of the lists."""
+    frequency = neighbours.frequencies(s._period)
+    neighbours.common_constants(s._grains, s._contacts, s._pair_table, 1, s._material)
+    reach = 0.1 * s._skin
+    assert slabs.prune(
+        s._grains, s._period, frequency, s._options.periodic, s._pairs, reach, s._contacts, s._pair_table, 1, s._material
+    )
+    assert s._contacts.count.sum() > 1000
+    for _ in range(n_steps):
+        arrays = (s._gravity, s._buffers, s._speeds, s._constants, s._options)
+        slabs.step(at_once, s._grains, s._loads, s._contacts, s._pairs, s._period, frequency, *arrays)
+        if not at_once:
+            assert s._loads.any()
+            slabs.move(s._grains, s._loads, s._pairs, s._gravity, s._speeds, s._constants, s._options)
 
 
 def test_sorting_in_space_leaves_grains_and_contacts_as_they_were():

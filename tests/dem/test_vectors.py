@@ -112,17 +112,22 @@ def test_scatter_at_a_wall(n, precision):
 @pytest.mark.parametrize("precision", PRECISIONS)
 @pytest.mark.parametrize("n", [1, 16, 45])
 def test_integrate(n, precision):
-    start, gravity, dt = random_grains(n, 7), np.array([1.0, 2.0, -9.81]), 1e-4
+    gravity, dt = np.array([1.0, 2.0, -9.81]), 1e-4
     loads = np.random.default_rng(8).normal(0, 1e-6, LOAD * n).astype(precision)
     loads[LOAD - 2 :: LOAD] = np.abs(loads[LOAD - 2 :: LOAD])
+    which = np.random.default_rng(13).permutation(n + 3)[:n]
+    start, loads = random_grains(n + 3, 7), np.resize(loads, LOAD * (n + 3))
     results = []
     for module in (motion, vectors):
         grains, work = start.copy(), loads.copy()
-        fastest = module.integrate(grains, work, gravity, dt, precision(0))
-        assert not work.any()
-        results.append((grains.reshape(n, GRAIN), fastest))
+        fastest = module.integrate(grains, work, which, gravity, dt, precision(0))
+        assert not work.reshape(-1, LOAD)[which].any()
+        others = np.setdiff1d(np.arange(n + 3), which)
+        assert (grains.reshape(-1, GRAIN)[others] == start.reshape(-1, GRAIN)[others]).all()
+        assert (work.reshape(-1, LOAD)[others] == loads.reshape(-1, LOAD)[others]).all()
+        results.append((grains.reshape(-1, GRAIN), fastest))
     (plain, fastest), (vector, fastest_2) = results
-    assert (plain != start.reshape(n, GRAIN)).any()
+    assert (plain != start.reshape(-1, GRAIN)).any()
     for column in range(GRAIN):
         assert close(plain[:, column], vector[:, column], precision)
     assert fastest_2 == pytest.approx(fastest, rel=1e-6)
