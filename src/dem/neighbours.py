@@ -134,19 +134,19 @@ def sort_into_cells(grains, period, cell, order):
 def cut_slabs(start, shape, slab):
     """Cut the grains in cell order into slabs of whole layers of cells along x: slab s has the ranks slab[s] to slab[s + 1].
 
-    The pairs of a slab touch its own grains and the first layer of the next slab (or, across a periodic face, the last layer of
-    all), so the slabs of even number share no grain, nor do those of odd number. How many there are depends on the grains alone,
-    not on the number of threads; unused slabs at the end are empty.
+    The pairs of a slab touch its own grains and the first layer of the next slab; those of slab 0, across a periodic face, the last
+    layer of all. The last slab has two layers at least, so the slabs of even number share no grain, nor do those of odd number. How
+    many there are depends on the grains alone, not on the number of threads; unused slabs at the end are empty.
     """
     n, layers, area = start[-1], shape[0], shape[1] * shape[2]
-    used = min(SLABS, n // GRAINS_PER_SLAB, layers // 2)
+    used = min(SLABS, n // GRAINS_PER_SLAB, layers - 1)
     used -= used % 2
     slab[:] = n
     slab[0] = 0
     layer = 0
     for s in range(1, used):
-        layer += 2
-        while start[layer * area] < n * s // used and layer < layers - 2 * (used - s):
+        layer += 1
+        while start[layer * area] < n * s // used and layer < layers - (used - s) - 1:
             layer += 1
         slab[s] = start[layer * area]
 

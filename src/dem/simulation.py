@@ -32,7 +32,7 @@ SKIN_RATIO = 0.55
 LEAST_SKIN_RATIO = 0.2
 
 #: Room in the lists to begin with; they grow when needed. Contacts are the outer list's entries that may touch soon.
-PAIRS_PER_GRAIN, CONTACT_SHARE, WALL_PAIRS_PER_GRAIN = 5.3, 0.8, 0.5
+PAIRS_PER_GRAIN, CONTACT_SHARE, WALL_PAIRS_PER_GRAIN = 5.2, 0.8, 0.5
 
 #: From so many grains on (the first-level cache is full), they are sorted in space every so many steps.
 SORT_FROM, SORT_STEPS = 1000, 5000

@@ -91,10 +91,11 @@ def test_a_pair_list_without_room_says_so():
     assert find_pairs(np.zeros((20, 3)), np.ones(20), (0, 0, 0), 0.1, capacity=5)[0] == -1
 
 
+@pytest.mark.parametrize("n", [20_000, 100_000])
 @pytest.mark.parametrize("period_x", [0.0, 100.0])
-def test_slabs_of_the_same_parity_share_no_grain(period_x):
-    n = 20_000
-    positions = np.random.default_rng(1).uniform(0, 1, (n, 3)) * (100.0, 30.0, 30.0)
+def test_slabs_of_the_same_parity_share_no_grain(period_x, n):
+    """With few grains, slabs of several layers; with many, most slabs are one layer."""
+    positions = np.random.default_rng(1).uniform(0, 1, (n, 3)) * (100.0, 60.0, 60.0)
     m, row, partner, order, slab = find_pairs(positions, np.full(n, 1.0), (period_x, 0.0, 0.0), 0.2, 40 * n)
     assert m > n
     used = np.flatnonzero(np.diff(slab))
