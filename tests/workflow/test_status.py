@@ -27,9 +27,9 @@ def plan(folder, experiments, fidelity="campaign", first=0):
 
 def finish(results, experiment, name, seconds=10.0, outcome="static", reason="", engine="a", age_s=0.0):
     folder = results / "sims" / experiment / name
-    write(folder / "run.parquet", {"status": [outcome], "reason": [reason]}, {"engine": engine})
+    write(folder / "run.parquet", {"simulation_id": [name], "status": [outcome], "reason": [reason]}, {"engine": engine})
     os.utime(folder / "run.parquet", (NOW - age_s, NOW - age_s))
-    (folder / "timing.json").write_text(json.dumps({"wall_time_s": seconds}))
+    (folder / "timing.json").write_text(json.dumps({"wall_time_s": {name: seconds}}))
 
 
 def log(root, experiment, name, text, age_s):
