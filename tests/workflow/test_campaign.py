@@ -2,6 +2,7 @@
 
 import os
 import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -248,6 +249,31 @@ def test_optima_are_verified_with_seeds_that_no_fit_has_seen(finished):
     table = pd.read_parquet(results / "verification.parquet")
     assert table.groupby("case").size().to_dict() == {"sand": 3, "regolith": 3, "fine": 3, "medium": 3, "coarse": 3}
     assert table["simulated"].notna().all()
+
+
+def children() -> tuple[float, float]:
+    """CPU time in s, and the largest memory in MB, of all processes that the tests have started so far."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime, used.ru_maxrss / 1024.0
+
+
+def test_a_hundred_thousand_simulations_are_planned_within_a_minute_and_a_gigabyte(tmp_path):
+    project = copy_project(tmp_path)
+    seeds = list(range(1, 61))
+    grid = {"static_friction": np.linspace(0.1, 1.9, 19), "rolling_friction": np.linspace(0.05, 1.1, 22)}
+    set_config(project, "design.grid", {name: [float(f"{value:.4g}") for value in values] for name, values in grid.items()})
+    set_config(project, "design.repose_seeds", seeds)
+    set_config(project, "design.shear_seeds", seeds)
+    before, _ = children()
+    result = snakemake(project, "-n", "all", "--config", "batch_minutes=20")
+    seconds, megabytes = children()
+    assert result.returncode == 0, result.stdout[-3000:] + result.stderr[-3000:]
+    table = result.stdout.split("Job stats:")[1].split("total")[0]
+    jobs = {name: int(count) for name, count in re.findall(r"^(\w+)\s+(\d+)$", table, flags=re.MULTILINE)}
+    assert 20 < jobs["simulate_repose"] + jobs["simulate_shear"] < 500
+    # the processor's time, as others may be at work on the machine
+    assert seconds - before < 60.0
+    assert megabytes < 1000.0
 
 
 @pytest.mark.parametrize(

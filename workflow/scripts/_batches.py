@@ -45,6 +45,7 @@ def batches(expected_s: dict[str, float], target_s: float, stage: str) -> dict[s
     """Batch -> sorted ids of its simulations. expected_s : id -> seconds; target_s : what a batch should take, 0: all are alone."""
     short = sorted(name for name, seconds in expected_s.items() if seconds < target_s)
     found = {name: [name] for name in expected_s if expected_s[name] >= target_s}
+    code = {name: bits(name) for name in short}
     nodes = [("", short)] if short else []
     while nodes:
         prefix, names = nodes.pop()
@@ -53,7 +54,7 @@ def batches(expected_s: dict[str, float], target_s: float, stage: str) -> dict[s
         elif sum(expected_s[name] for name in names) <= SPLIT_RATIO * target_s:
             found[f"{label(stage)}-{prefix}".rstrip("-")] = names
         else:
-            halves = {bit: [name for name in names if bits(name)[len(prefix)] == bit] for bit in "01"}
+            halves = {bit: [name for name in names if code[name][len(prefix)] == bit] for bit in "01"}
             nodes += [(prefix + bit, half) for bit, half in halves.items() if half]
     return found
 
