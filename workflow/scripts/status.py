@@ -16,6 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from _batches import stage_of
+from _cost import expected_s
 from _tables import METADATA_KEY
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -65,10 +66,12 @@ def results_in(results: Path) -> dict[str, dict]:
             seconds = json.loads((folder / "timing.json").read_text())["wall_time_s"]
             file = pq.ParquetFile(path)
             runs = file.read(columns=["simulation_id", "status", "reason"]).to_pylist()
-            made = {"engine": json.loads(file.schema_arrow.metadata[METADATA_KEY])["engine"], "made": path.stat().st_mtime}
+            provenance = json.loads(file.schema_arrow.metadata[METADATA_KEY])
+            made = {"engine": provenance["engine"], "made": path.stat().st_mtime}
             for run in runs:
                 state, name = "failed" if run["status"] == "failed" else "done", run["simulation_id"]
                 found[name] = {"state": state, "note": run["reason"], "wall_time_s": seconds[name], **made}
+                found[name]["expected_s"] = expected_s(*provenance["simulations"][name].values())
         except FileNotFoundError:  # its timing: it is just being written
             pass
         except (pa.ArrowException, OSError, ValueError, KeyError, TypeError) as error:
@@ -133,6 +136,19 @@ def work_left(rows: dict[str, dict]) -> tuple[float, int]:
     return seconds, unknown
 
 
+def model_errors(rows: dict[str, dict]) -> list[str]:
+    """How far the cost model, by which batches are made and time is asked for, is from what finished simulations took."""
+    ratios = {}
+    for row in rows.values():
+        if row["state"] == "done" and row["wall_time_s"]:
+            ratios.setdefault(row["experiment"], []).append(row["expected_s"] / row["wall_time_s"])
+    parts = []
+    for experiment, values in ratios.items():
+        low, median, high = (sorted(values)[round(share * (len(values) - 1))] for share in (0.1, 0.5, 0.9))
+        parts.append(f"{NAMES[experiment]} {median:.2f} ({low:.2f} to {high:.2f})")
+    return [f"Expected over measured time, median (8 of 10 lie within): {'; '.join(parts)}."] if parts else []
+
+
 def crashed_rules(logs: Path) -> list[str]:
     """The last line of the logs of all other rules that ended with a traceback."""
     lines = []
@@ -169,7 +185,7 @@ def report(study: str, root: Path, now: float) -> str:
     if not rows:
         return "\n".join([f"{study}: no simulation is planned yet.", *crashed])
     named = [line for state in ("running", "stopped", "failed") for line in one_by_one(rows, state)]
-    blocks = [[bar(study, rows)], table(rows), [*named, *crashed], outlook(rows, results)]
+    blocks = [[bar(study, rows)], table(rows), [*named, *crashed], outlook(rows, results), model_errors(rows)]
     return "\n\n".join("\n".join(block) for block in blocks if block)
 
 
