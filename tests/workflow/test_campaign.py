@@ -139,6 +139,19 @@ def test_a_repeated_simulation_gives_the_same_bytes(project):
     assert {path.name: path.read_bytes() for path in run.glob("*.parquet")} == before
 
 
+def test_a_finished_campaign_is_put_into_batches_without_simulating_again(project):
+    results = project / "results" / "smoke"
+    tables = [results / name for name in ("repose.parquet", "shear.parquet")]
+    before = [table.read_bytes() for table in tables]
+    targets = [str(table.relative_to(project)) for table in tables]
+    result = snakemake(project, "-c2", *targets, "--config", "batch_minutes=20")
+    assert result.returncode == 0, result.stderr[-3000:]
+    # times are in the tables, and would be others if anything had been simulated
+    assert [table.read_bytes() for table in tables] == before
+    for experiment in ("repose", "shear"):
+        assert (results / "sims" / experiment / "campaign" / "run.parquet").is_file()
+
+
 def test_a_comment_or_docstring_in_the_engine_runs_nothing_again(project):
     edit(project / "src/dem/motion.py", '"""Moving the grains by one step', '# a comment\n"""How grains move in one step')
     assert planned(project) == {}
