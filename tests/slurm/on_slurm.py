@@ -22,13 +22,14 @@ PATIENCE_S = 900.0
 
 
 def started(project: Path, *arguments: str, **environment: str) -> subprocess.Popen:
-    """Snakemake, in a copy of the project of its own."""
-    for name in ("config", "workflow", "src", "profiles", "tests/slurm"):
-        shutil.copytree(ROOT / name, project / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+    """Snakemake, in a folder of its own that shares the sources, so that kernels are compiled once."""
+    for name in ("config", "workflow", "profiles", "tests/slurm"):
+        shutil.copytree(ROOT / name, project / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "Snakefile", project)
+    (project / "src").symlink_to(ROOT / "src")
     command = [sys.executable, "-m", "snakemake", *arguments, "--configfile", STUDY]
     with open(project / "snakemake.log", "w") as log:
-        variables = os.environ | {"PYTHONPATH": str(project / "src")} | environment
+        variables = os.environ | {"PYTHONPATH": str(ROOT / "src")} | environment
         return subprocess.Popen([*command, "--", *TABLES], cwd=project, env=variables, stdout=log, stderr=log)
 
 
@@ -79,8 +80,8 @@ def test_what_is_cancelled_or_runs_out_of_time_goes_on_and_gives_the_same_bytes(
     kept = tmp_path / "results" / "small" / "checkpoints"
     try:
         for rule, table, end in (
-            ("simulate_repose", "grains", ["scancel"]),
             ("simulate_shear", "history", ["scontrol", "update", "EndTime=now+1"]),
+            ("simulate_repose", "grains", ["scancel"]),
         ):
             wait_until(lambda table=table: len(list(kept.glob(f"*/{table}.parquet"))) >= FINISHED, process)
             job = wait_until(lambda rule=rule: running(rule), process)
