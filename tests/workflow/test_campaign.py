@@ -150,6 +150,9 @@ def test_a_finished_campaign_is_put_into_batches_without_simulating_again(projec
     assert [table.read_bytes() for table in tables] == before
     for experiment in ("repose", "shear"):
         assert (results / "sims" / experiment / "campaign" / "run.parquet").is_file()
+    # a single simulation is found in its batch
+    assert snakemake(project, "-c1", "paraview", "--config", "batch_minutes=20").returncode == 0
+    assert len(list(results.glob("vtu/*/*/*.vtu"))) == 4
 
 
 def test_a_comment_or_docstring_in_the_engine_runs_nothing_again(project):
