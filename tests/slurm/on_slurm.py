@@ -1,7 +1,7 @@
 """A study through the profiles, on the SLURM that run.sh has started: its results are the bytes of the same study made here.
 
-Jobs are cancelled, and run out of their time; both are submitted again and go on. Only the campaign of a study smaller than `smoke` is
-made: every further rule would be a job of its own, seen to be finished some ten seconds late.
+Jobs are cancelled, and run out of their time; both are submitted again and go on. Only the campaign of a study smaller than `smoke`
+is made: every further rule would be a job of its own, seen to be finished some ten seconds late.
 """
 
 import os

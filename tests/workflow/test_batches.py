@@ -207,13 +207,14 @@ def test_what_was_simulated_alone_or_in_another_batch_is_not_simulated_again(tmp
 
 
 def test_a_result_of_another_engine_or_of_half_its_files_is_not_taken_over(tmp_path):
-    ids = sorted(names(3))
-    for name, engine in zip(ids, ("old", "engine", "engine"), strict=True):
+    ids = sorted(names(4))
+    for name, engine in zip(ids, ("old", "engine", "engine", "engine"), strict=True):
         run(tmp_path, name, [name], Stand(), engine)
     (tmp_path / "sims" / "repose" / ids[1] / "grains.parquet").write_bytes(b"half")
+    (tmp_path / "sims" / "repose" / ids[2] / "timing.json").write_text("{")
     stand = Stand()
     run(tmp_path, "campaign", ids, stand)
-    assert stand.made == ids[:2]
+    assert stand.made == ids[:3]
 
 
 def test_the_newest_folder_that_holds_a_simulation_is_found(tmp_path):
