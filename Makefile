@@ -27,6 +27,9 @@ test: setup lint  ## lint, all tests (kernels also uncompiled) and the smoke cam
 	NUMBA_DISABLE_JIT=1 $(BIN)/pytest tests/dem/contact
 	$(BIN)/pytest
 
+test-slurm: setup  ## a small study on a real SLURM of two virtual nodes, started here; as root on Debian only
+	tests/slurm/run.sh
+
 lint: setup  ## style of Python and Snakemake files, spelling
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -83,11 +86,11 @@ docs: setup  ## what the packages offer, from their docstrings: build/api/index.
 
 lock: setup  ## resolve the newest versions of all dependencies into requirements.lock
 	$(BIN)/pip install --quiet pip-tools
-	$(BIN)/pip-compile --quiet --upgrade --extra dev --allow-unsafe --no-header --no-annotate --no-emit-index-url --no-emit-find-links \
+	$(BIN)/pip-compile --quiet --upgrade --extra dev --extra cluster --allow-unsafe --no-header --no-annotate --no-emit-index-url --no-emit-find-links \
 		--no-emit-trusted-host --output-file requirements.lock pyproject.toml
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## */\1\t/' | expand -t 12
 
-.PHONY: campaign status setup test lint format smoke paper reference twin first-answer verify-results verify verify-peers \
+.PHONY: campaign status setup test test-slurm lint format smoke paper reference twin first-answer verify-results verify verify-peers \
 	paper-optima bench bench-quick bench-scale docs lock help

@@ -2,6 +2,7 @@
 
 import os
 import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -138,6 +139,22 @@ def test_a_repeated_simulation_gives_the_same_bytes(project):
     assert {path.name: path.read_bytes() for path in run.glob("*.parquet")} == before
 
 
+def test_a_finished_campaign_is_put_into_batches_without_simulating_again(project):
+    results = project / "results" / "smoke"
+    tables = [results / name for name in ("repose.parquet", "shear.parquet")]
+    before = [table.read_bytes() for table in tables]
+    targets = [str(table.relative_to(project)) for table in tables]
+    result = snakemake(project, "-c2", *targets, "--config", "batch_minutes=20")
+    assert result.returncode == 0, result.stderr[-3000:]
+    # times are in the tables, and would be others if anything had been simulated
+    assert [table.read_bytes() for table in tables] == before
+    for experiment in ("repose", "shear"):
+        assert (results / "sims" / experiment / "campaign" / "run.parquet").is_file()
+    # a single simulation is found in its batch
+    assert snakemake(project, "-c1", "paraview", "--config", "batch_minutes=20").returncode == 0
+    assert len(list(results.glob("vtu/*/*/*.vtu"))) == 4
+
+
 def test_a_comment_or_docstring_in_the_engine_runs_nothing_again(project):
     edit(project / "src/dem/motion.py", '"""Moving the grains by one step', '# a comment\n"""How grains move in one step')
     assert planned(project) == {}
@@ -248,6 +265,31 @@ def test_optima_are_verified_with_seeds_that_no_fit_has_seen(finished):
     table = pd.read_parquet(results / "verification.parquet")
     assert table.groupby("case").size().to_dict() == {"sand": 3, "regolith": 3, "fine": 3, "medium": 3, "coarse": 3}
     assert table["simulated"].notna().all()
+
+
+def children() -> tuple[float, float]:
+    """CPU time in s, and the largest memory in MB, of all processes that the tests have started so far."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime, used.ru_maxrss / 1024.0
+
+
+def test_a_hundred_thousand_simulations_are_planned_within_a_minute_and_a_gigabyte(tmp_path):
+    project = copy_project(tmp_path)
+    seeds = list(range(1, 61))
+    grid = {"static_friction": np.linspace(0.1, 1.9, 19), "rolling_friction": np.linspace(0.05, 1.1, 22)}
+    set_config(project, "design.grid", {name: [float(f"{value:.4g}") for value in values] for name, values in grid.items()})
+    set_config(project, "design.repose_seeds", seeds)
+    set_config(project, "design.shear_seeds", seeds)
+    before, _ = children()
+    result = snakemake(project, "-n", "all", "--config", "batch_minutes=20")
+    seconds, megabytes = children()
+    assert result.returncode == 0, result.stdout[-3000:] + result.stderr[-3000:]
+    table = result.stdout.split("Job stats:")[1].split("total")[0]
+    jobs = {name: int(count) for name, count in re.findall(r"^(\w+)\s+(\d+)$", table, flags=re.MULTILINE)}
+    assert 20 < jobs["simulate_repose"] + jobs["simulate_shear"] < 500
+    # the processor's time, as others may be at work on the machine
+    assert seconds - before < 60.0
+    assert megabytes < 1000.0
 
 
 @pytest.mark.parametrize(

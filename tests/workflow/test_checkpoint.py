@@ -7,7 +7,6 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +15,7 @@ import dem
 import simulate_repose
 import simulate_shear
 from _checkpoint import Checkpoint
+from _simulate import run_batch
 
 ROOT = Path(__file__).parents[2]
 ROW = {
@@ -44,6 +44,7 @@ SETTINGS = {
         "softening": {"shear_stiffness_number": 2000.0},
     },
 }
+NAME = ROW["simulation_id"]
 SCRIPTS = {"repose": simulate_repose, "shear": simulate_shear}
 TABLES = {"repose": ("grains", "filled", "run"), "shear": ("history", "before", "after", "run")}
 EXPERIMENTS = tuple(SCRIPTS)
@@ -52,21 +53,20 @@ EXPERIMENTS = tuple(SCRIPTS)
 JOB = """
 import json, runpy, sys
 from types import SimpleNamespace
-job = {key: SimpleNamespace(**value) if isinstance(value, dict) else value for key, value in json.load(sys.stdin).items()}
+job = {key: SimpleNamespace(**value) if key in ("params", "resources") else value for key, value in json.load(sys.stdin).items()}
 runpy.run_path(sys.argv[1], {"snakemake": SimpleNamespace(**job)}, "__main__")
 """
 
 
-def outputs(folder):
-    names = ("grains", "filled", "run", "timing", "history", "before", "after")
-    return {name: str(folder / name) for name in names}
+def outputs(experiment, folder):
+    return {name: str(folder / name) for name in (*TABLES[experiment], "timing")}
 
 
 def simulate(experiment, folder, row=ROW, engine="engine", interval_s=300.0):
     """Run a script's main in this process."""
     folder.mkdir(exist_ok=True)
-    output = SimpleNamespace(**outputs(folder))
-    SCRIPTS[experiment].main(row, SETTINGS[experiment], engine, output, str(folder / "saved" / "checkpoint.npz"), interval_s)
+    members, output = [(row, SETTINGS[experiment])], outputs(experiment, folder)
+    run_batch(members, engine, output, str(folder / "saved"), interval_s, SCRIPTS[experiment].simulate)
 
 
 def started(experiment, folder, interval_s):
@@ -74,13 +74,12 @@ def started(experiment, folder, interval_s):
     folder.mkdir(exist_ok=True)
     job = {
         "params": {
-            "row": ROW,
-            "settings": SETTINGS[experiment],
+            "members": [(ROW, SETTINGS[experiment])],
             "engine": "engine",
-            "checkpoint": str(folder / "saved" / "checkpoint.npz"),
+            "checkpoints": str(folder / "saved"),
         },
         "resources": {"checkpoint_interval_s": interval_s},
-        "output": outputs(folder),
+        "output": outputs(experiment, folder),
         "log": [str(folder / "log")],
     }
     script = ROOT / "workflow" / "scripts" / f"simulate_{experiment}.py"
@@ -164,7 +163,7 @@ def test_a_simulation_stopped_again_and_again_goes_on_bit_for_bit(experiment, un
 
 @pytest.mark.parametrize("experiment", EXPERIMENTS)
 def test_a_job_that_is_killed_at_random_moments_goes_on_bit_for_bit(experiment, undisturbed, tmp_path):
-    checkpoint, delays = tmp_path / "saved" / "checkpoint.npz", np.random.default_rng(1)
+    checkpoint, delays = tmp_path / "saved" / f"{NAME}.npz", np.random.default_rng(1)
     for wait_s in (0.0, *delays.uniform(0.0, 0.3, 3), 1e9):  # the first kill comes before a fast job can end
         before = checkpoint.stat().st_mtime_ns if checkpoint.exists() else 0
         process = started(experiment, tmp_path, 0.0)
@@ -185,7 +184,7 @@ def test_a_job_that_is_killed_at_random_moments_goes_on_bit_for_bit(experiment, 
 
 def test_a_job_that_is_asked_to_end_saves_first_and_fails(undisturbed, tmp_path):
     process = started("repose", tmp_path, 0.0)
-    while not (tmp_path / "saved" / "checkpoint.npz").exists():
+    while not (tmp_path / "saved" / f"{NAME}.npz").exists():
         assert process.poll() is None
         time.sleep(0.002)
     process.terminate()
@@ -202,13 +201,13 @@ def test_wall_time_counts_the_attempts_before(tmp_path, stop_at):
     stop_at(5)
     with pytest.raises(SystemExit):
         simulate("repose", tmp_path)
-    path = tmp_path / "saved" / "checkpoint.npz"
+    path = tmp_path / "saved" / f"{NAME}.npz"
     simulation, notes = dem.checkpoint.load_with_notes(path)
     notes["job"]["spent_s"] = 1000.0
     dem.save(simulation, path, notes)
     stop_at(0)
     simulate("repose", tmp_path)
-    assert json.loads((tmp_path / "timing").read_text())["wall_time_s"] > 1000.0
+    assert json.loads((tmp_path / "timing").read_text())["wall_time_s"][NAME] > 1000.0
 
 
 def truncated(path):
@@ -244,7 +243,7 @@ def left(folder, stop_at, **others):
     with pytest.raises(SystemExit):
         simulate("repose", folder, **others)
     stop_at(0)
-    return folder / "saved" / "checkpoint.npz"
+    return folder / "saved" / f"{NAME}.npz"
 
 
 @pytest.mark.parametrize("harm", [truncated, emptied, one_byte_changed, another_engine, not_ours])

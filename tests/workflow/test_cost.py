@@ -9,7 +9,7 @@ import yaml
 from snakemake.utils import update_config
 
 import _cost
-from _cost import grains_and_steps, memory_mb, runtime_min, time_step_s
+from _cost import expected_s, grains_and_steps, memory_mb, runtime_min, time_step_s
 from _simulate import engine_of, soil_of
 from _study import experiment_settings, plain_rows
 from dem.experiments import angle_of_repose, direct_shear
@@ -78,8 +78,8 @@ def test_what_simulations_took_was_expected_within_the_headroom(experiment):
 @pytest.mark.parametrize("experiment", ["repose", "shear"])
 def test_an_attempt_gets_more_than_the_one_before(experiment):
     row, settings = first(experiment)
-    minutes = [runtime_min(row, settings, attempt) for attempt in (1, 2, 3)]
-    megabytes = [memory_mb(row, settings, attempt) for attempt in (1, 2, 3)]
+    minutes = [runtime_min([(row, settings)], attempt) for attempt in (1, 2, 3)]
+    megabytes = [memory_mb([(row, settings)], attempt) for attempt in (1, 2, 3)]
     for values in (minutes, megabytes):
         assert all(isinstance(value, int) and value >= 1 for value in values)
         assert values[0] < values[1] < values[2]
@@ -90,5 +90,14 @@ def test_more_grains_and_stiffer_grains_get_more_time():
     many = settings | {"setup": settings["setup"] | {"n_particles": 300_000}}
     stiff = row | {"shear_modulus_pa": 100.0 * row["shear_modulus_pa"]}
     assert grains_and_steps(stiff, settings)[1] == pytest.approx(10.0 * grains_and_steps(row, settings)[1])
-    assert runtime_min(row, many, 1) > 100 * runtime_min(row, settings, 1)
-    assert memory_mb(row, many, 1) > memory_mb(row, settings, 1) + 500
+    assert runtime_min([(row, many)], 1) > 100 * runtime_min([(row, settings)], 1)
+    assert memory_mb([(row, many)], 1) > memory_mb([(row, settings)], 1) + 500
+
+
+def test_a_batch_gets_the_time_of_all_its_simulations_and_the_memory_of_the_largest():
+    row, settings = first("repose")
+    large = settings | {"setup": settings["setup"] | {"n_particles": 300_000}}
+    batch = [(row, settings), (row, large), (row, settings)]
+    minutes = _cost.START_MIN + _cost.HEADROOM * (2.0 * expected_s(row, settings) + expected_s(row, large)) / 60.0
+    assert runtime_min(batch, 1) - 1 < minutes <= runtime_min(batch, 1)
+    assert memory_mb(batch, 1) == memory_mb([(row, large)], 1)

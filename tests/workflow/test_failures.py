@@ -1,13 +1,12 @@
 """A simulation that cannot work is recorded with its reason, and excluded visibly."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pandas as pd
 import pytest
 
 import simulate_repose
 import simulate_shear
+from _simulate import run_batch
 from _study import experiment_settings
 from calibration import strength_table
 from measure_repose import measured
@@ -46,18 +45,18 @@ def config():
 
 
 def simulate(script, row, config, folder):
-    names = ("grains", "filled", "run", "timing", "history", "before", "after")
-    output = SimpleNamespace(**{name: str(folder / name) for name in names})
-    script.main(row, experiment_settings(config, row), "engine", output, str(folder / "checkpoint.npz"), 300)
-    return pd.read_parquet(output.run).iloc[0], output
+    names = {"repose": ("grains", "filled"), "shear": ("history", "before", "after")}[row["experiment"]]
+    output = {name: str(folder / name) for name in (*names, "run", "timing")}
+    run_batch([(row, experiment_settings(config, row))], "engine", output, str(folder / "checkpoints"), 300, script.simulate)
+    return pd.read_parquet(output["run"]).iloc[0], output
 
 
 def test_an_impossible_heap_is_recorded_with_its_reason(config, tmp_path):
     run, output = simulate(simulate_repose, IMPOSSIBLE | {"experiment": "repose"}, config, tmp_path)
     assert run["status"] == "failed"
     assert run["reason"] == "poisson_ratio is 0.6; allowed: between -1 and 0.5, both excluded."
-    assert len(pd.read_parquet(output.grains)) == 0
-    assert measured(run.to_dict(), output.grains)["angle_profile_deg"] is None
+    assert len(pd.read_parquet(output["grains"])) == 0
+    assert measured(run.to_dict(), None)["angle_profile_deg"] is None
 
 
 def test_an_impossible_shear_test_is_recorded_and_left_out_of_the_strength(config, tmp_path):
@@ -78,7 +77,7 @@ def test_an_impossible_shear_test_is_recorded_and_left_out_of_the_strength(confi
 def test_a_heap_that_does_not_come_to_rest_in_time_says_so(config, tmp_path):
     run, output = simulate(simulate_repose, ROW | {"experiment": "repose"}, config, tmp_path)
     assert run["status"] == "time_limit"
-    assert len(pd.read_parquet(output.grains)) == 60
+    assert len(pd.read_parquet(output["grains"])) == 60
 
 
 def test_a_fault_of_the_program_is_not_mistaken_for_a_failed_simulation(config, tmp_path, monkeypatch):
@@ -86,5 +85,5 @@ def test_a_fault_of_the_program_is_not_mistaken_for_a_failed_simulation(config, 
         raise KeyError("a bug")
 
     monkeypatch.setattr(simulate_repose.angle_of_repose, "run", broken)
-    with pytest.raises(KeyError):
+    with pytest.raises(RuntimeError, match="1 of 1 simulations broke off: 0123456789"):
         simulate(simulate_repose, ROW | {"experiment": "repose"}, config, tmp_path)

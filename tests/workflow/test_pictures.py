@@ -111,8 +111,8 @@ def test_each_experiment_is_filmed(experiment, tmp_path, monkeypatch):
 
 def test_grains_for_paraview_are_read_back_as_they_were_stored(tmp_path):
     grains = grains_at(np.random.default_rng(1).random((5, 3)))
-    write_table(grain_table(grains) | {"speed_m_s": np.arange(5.0)}, str(tmp_path / "grains.parquet"), "grains", {})
-    grains_vtu.main(str(tmp_path / "grains.parquet"), str(tmp_path / "grains.vtu"))
+    write_table(grain_table(grains, "0123456789") | {"speed_m_s": np.arange(5.0)}, str(tmp_path / "grains.parquet"), "grains", {})
+    grains_vtu.main(str(tmp_path / "grains.parquet"), "0123456789", str(tmp_path / "grains.vtu"))
     mesh = meshio.read(tmp_path / "grains.vtu")
     assert np.array_equal(mesh.points, grains.positions_m)
     data = {name: values.tolist() for name, values in mesh.point_data.items()}
@@ -122,5 +122,5 @@ def test_grains_for_paraview_are_read_back_as_they_were_stored(tmp_path):
 
 def test_a_failed_simulation_has_nothing_for_paraview_and_says_so(tmp_path):
     write_table(empty_grains(), str(tmp_path / "grains.parquet"), "grains", {})
-    with pytest.raises(TableError, match="holds no grains, as its simulation failed"):
-        grains_vtu.main(str(tmp_path / "grains.parquet"), str(tmp_path / "grains.vtu"))
+    with pytest.raises(TableError, match="holds no grains of 0123456789, as it failed"):
+        grains_vtu.main(str(tmp_path / "grains.parquet"), "0123456789", str(tmp_path / "grains.vtu"))

@@ -27,9 +27,10 @@ def plan(folder, experiments, fidelity="campaign", first=0):
 
 def finish(results, experiment, name, seconds=10.0, outcome="static", reason="", engine="a", age_s=0.0):
     folder = results / "sims" / experiment / name
-    write(folder / "run.parquet", {"status": [outcome], "reason": [reason]}, {"engine": engine})
+    provenance = {"engine": engine, "simulations": {name: {"design": {}, "settings": {}}}}
+    write(folder / "run.parquet", {"simulation_id": [name], "status": [outcome], "reason": [reason]}, provenance)
     os.utime(folder / "run.parquet", (NOW - age_s, NOW - age_s))
-    (folder / "timing.json").write_text(json.dumps({"wall_time_s": seconds}))
+    (folder / "timing.json").write_text(json.dumps({"wall_time_s": {name: seconds}}))
 
 
 def log(root, experiment, name, text, age_s):
@@ -37,6 +38,12 @@ def log(root, experiment, name, text, age_s):
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text)
     os.utime(path, (NOW - age_s, NOW - age_s))
+
+
+@pytest.fixture(autouse=True)
+def expected(monkeypatch):
+    """What a simulation is expected to take, as what it is made of stands nowhere here."""
+    monkeypatch.setattr(status, "expected_s", lambda row, settings: 20.0)
 
 
 @pytest.fixture
@@ -90,7 +97,7 @@ def test_a_finished_study_says_where_its_report_is(results, tmp_path):
     (results / "report.html").write_text("</html>")
     text = status.report("study", tmp_path, NOW)
     assert "2 of 2 planned simulations (100 %)" in text
-    assert text.endswith(f"Finished: {results / 'report.html'}")
+    assert f"Finished: {results / 'report.html'}" in text
     assert "round 1" not in text
 
 
@@ -156,3 +163,43 @@ def test_four_hundred_simulations_are_counted(results, tmp_path):
     for name in plan(results, ["repose"] * 200 + ["shear"] * 200):
         finish(results, "repose" if int(name, 16) < 200 else "shear", name)
     assert "400 of 400" in status.report("study", tmp_path, NOW)
+
+
+def batch(results, experiment, name, members, seconds, where="sims"):
+    """The result of a batch, or with `where` = checkpoints what one member of it has left."""
+    folder = results / where / (experiment if where == "sims" else "") / name
+    runs = {"simulation_id": members, "status": ["static"] * len(members), "reason": [""] * len(members)}
+    write(folder / "run.parquet", runs, {"engine": "a", "simulations": {m: {"design": {}, "settings": {}} for m in members}})
+    (folder / "timing.json").write_text(json.dumps({"wall_time_s": dict.fromkeys(members, seconds)}))
+
+
+def test_members_of_a_batch_are_counted_one_by_one_while_it_runs(results, tmp_path):
+    a, b, c, d = plan(results, ["repose"] * 4)
+    batch(results, "repose", a, [a], 10.0, where="checkpoints")
+    text = (
+        f"simulation {a}: 1 of 4\nlift: about 90 %\nsimulation {b}: 2 of 4\nTraceback (most recent call last):\nKeyError: 'seed'\n"
+    )
+    log(tmp_path, "repose", "campaign-0", f"{text}simulation {c}: 3 of 4\nlift: about 40 %\n", age_s=5.0)
+    found = status.report("study", tmp_path, NOW)
+    expected = {"done": 1, "running": 1, "failed": 1, "waiting": 1, "stopped": 0, "outdated": 0}
+    assert counts(found, "campaign, heaps") == expected
+    assert f"running: repose {c}: lift: about 40 %" in found
+    assert "campaign-0.log: KeyError: 'seed'" in found
+    batch(results, "repose", "campaign-0", [a, b, c, d], 10.0)
+    assert "4 of 4 planned simulations (100 %)" in status.report("study", tmp_path, NOW)
+
+
+def test_a_batch_that_did_not_come_to_its_first_simulation_is_named(results, tmp_path):
+    plan(results, ["repose"] * 2)
+    log(tmp_path, "repose", "campaign", "Traceback (most recent call last):\nImportError: no numba\n", age_s=5.0)
+    assert "failed: " + str(tmp_path / "logs/study/repose/campaign.log") + ": ImportError: no numba" in status.report(
+        "study", tmp_path, NOW
+    )
+
+
+def test_the_cost_model_is_compared_with_what_simulations_took(results, tmp_path):
+    names = plan(results, ["repose"] * 11)
+    for name, seconds in zip(names, (5.0, 10.0, *[20.0] * 7, 40.0, 80.0), strict=True):
+        finish(results, "repose", name, seconds=seconds)
+    text = status.report("study", tmp_path, NOW)
+    assert text.endswith("Expected over measured time, median (8 of 10 lie within): heaps 1.00 (0.50 to 2.00).")

@@ -1,9 +1,12 @@
-# What every rule file uses: the checked configuration, the design, fingerprints of the code.
+# What every rule file uses: the checked configuration, the design, batches of simulations, fingerprints of the code.
 import sys
+
+from snakemake.exceptions import WorkflowError
 
 sys.path.insert(0, str(Path(workflow.basedir) / "workflow" / "scripts"))
 
-from _cost import memory_mb, runtime_min
+from _batches import NAME, batches, digest, stage_of
+from _cost import expected_s, memory_mb, runtime_min
 from _study import (
     base_simulation,
     check_config,
@@ -11,6 +14,7 @@ from _study import (
     experiment_settings,
     fingerprint,
     first_answer_soils,
+    planned_stages,
     proposed_simulations,
     raw_files,
     simulations,
@@ -24,6 +28,8 @@ check_config(config)
 FIRST_ANSWERS = first_answer_soils(config.pop("soil", None), config)
 # nor is how often a simulation is saved
 CHECKPOINT_INTERVAL_S = config.pop("checkpoint_interval_s")
+# nor is how simulations are shared out among jobs
+BATCH_MINUTES = config.pop("batch_minutes")
 check_soils(config)
 
 RESULTS = f"results/{config['study']}"
@@ -49,6 +55,7 @@ EXPORT_TEMPLATES = [
 
 
 wildcard_constraints:
+    batch=NAME,
     simulation="[0-9a-f]{10}",
     round=r"\d+",
     soil=r"[\w-]+",
@@ -68,50 +75,96 @@ localrules:
     paraview,
 
 
-def simulation_row(wildcards):
-    """The design row of one simulation, so that a change of its values reruns just that simulation."""
-    name = wildcards.simulation
-    row = SIMULATIONS.get(name) or proposed_simulations(RESULTS)[name]
-    return {key: value for key, value in row.items() if key != "purposes"}
+def stage_rows(stage):
+    """Design rows of a stage by simulation; those of a later stage are read from its design, which must be there."""
+    return proposed_simulations(f"{RESULTS}{stage}") if stage else SIMULATIONS
 
 
-def simulation_settings(wildcards):
+def settings_of(row):
     """The settings of one simulation's experiment at its fidelity."""
-    return experiment_settings(config, simulation_row(wildcards))
+    return experiment_settings(config, row)
 
 
-def simulation_runtime(wildcards, attempt):
-    """Minutes to ask a scheduler for; more at every attempt."""
-    return runtime_min(
-        simulation_row(wildcards), simulation_settings(wildcards), attempt
+BATCHES = {}
+
+
+def stage_batches(stage, experiment):
+    """Batch -> ids of its simulations, of one experiment in a stage."""
+    rows = stage_rows(stage)
+    known, found = BATCHES.get((stage, experiment), (None, {}))
+    if known is not rows:
+        expected = {
+            name: expected_s(row, settings_of(row)) if BATCH_MINUTES else 0.0
+            for name, row in rows.items()
+            if row["experiment"] == experiment
+        }
+        found = batches(expected, 60.0 * BATCH_MINUTES, stage)
+        BATCHES[stage, experiment] = rows, found
+    return found
+
+
+def members_of(batch, experiment):
+    """Design row and settings of every simulation in a batch; purposes are left out, as nothing simulated depends on them."""
+    stages = planned_stages(RESULTS) if stage_of(batch) is None else [stage_of(batch)]
+    for stage in stages:
+        rows = stage_rows(stage)
+        names = stage_batches(stage, experiment).get(batch, ())
+        if names:
+            plain = [
+                {key: rows[name][key] for key in rows[name] if key != "purposes"}
+                for name in names
+            ]
+            return [(row, settings_of(row)) for row in plain]
+    raise WorkflowError(
+        f"{batch}: no {experiment} simulation or batch of this name is planned."
     )
 
 
-def simulation_memory(wildcards, attempt):
-    """Memory in MB to ask a scheduler for; more at every attempt."""
-    return memory_mb(simulation_row(wildcards), simulation_settings(wildcards), attempt)
+def file_of(simulation, experiment, file):
+    """The file of a batch that holds a simulation."""
+    for stage in planned_stages(RESULTS):
+        for batch, names in stage_batches(stage, experiment).items():
+            if simulation in names:
+                return f"{RESULTS}/sims/{experiment}/{batch}/{file}"
+    raise WorkflowError(
+        f"{simulation}: no {experiment} simulation of this name is planned."
+    )
 
 
-def stage_rows(stage):
-    """Design rows of a stage; those of the later stages are known when its checkpoint has run."""
-    if not stage:
-        return SIMULATIONS
-    if stage.endswith("verification"):
-        checkpoints.verification_design.get()
-    else:
-        checkpoints.refinement_design.get(round=stage.rpartition("/")[2])
-    return proposed_simulations(RESULTS, stage)
+def members(experiment):
+    """Parameter function: what a batch simulates. It asks for the input so that Snakemake records only its digest."""
+    return lambda wildcards, input: members_of(wildcards.batch, experiment)
+
+
+def members_digest(experiment):
+    """Parameter function: a change in any simulation of a batch changes this, and so reruns just that batch."""
+    return lambda wildcards: digest(members_of(wildcards.batch, experiment))
+
+
+def batch_runtime(experiment):
+    """Resource function: minutes to ask a scheduler for; more at every attempt."""
+    return lambda wildcards, attempt: runtime_min(
+        members_of(wildcards.batch, experiment), attempt
+    )
+
+
+def batch_memory(experiment):
+    """Resource function: memory in MB to ask a scheduler for; more at every attempt."""
+    return lambda wildcards, attempt: memory_mb(
+        members_of(wildcards.batch, experiment), attempt
+    )
 
 
 def simulated(experiment, file):
-    """Input function: a file of every simulation of one experiment in a stage."""
+    """Input function: a file of every batch of one experiment in a stage; of a later stage when its checkpoint has run."""
 
     def paths(wildcards):
-        rows = stage_rows(wildcards.stage)
-        names = [name for name, row in rows.items() if row["experiment"] == experiment]
-        return expand(
-            f"{RESULTS}/sims/{experiment}/{{simulation}}/{file}", simulation=names
-        )
+        if wildcards.stage == "/verification":
+            checkpoints.verification_design.get()
+        elif wildcards.stage:
+            checkpoints.refinement_design.get(round=wildcards.stage.rpartition("/")[2])
+        names = sorted(stage_batches(wildcards.stage, experiment))
+        return [f"{RESULTS}/sims/{experiment}/{name}/{file}" for name in names]
 
     return paths
 

@@ -9,7 +9,8 @@ rule design:
     # first of all, so that `make status` knows what is to come
     priority: 1
     params:
-        simulations=SIMULATIONS,
+        simulations=lambda wildcards, input: list(SIMULATIONS.values()),
+        digest=lambda wildcards: digest(list(SIMULATIONS.values())),
     message:
         "Expand the design into one row per simulation."
     script:

@@ -45,7 +45,9 @@ rule paraview:
 
 rule grains_vtu:
     input:
-        grains=f"{RESULTS}/sims/{{experiment}}/{{simulation}}/{{moment}}.parquet",
+        grains=lambda wildcards: file_of(
+            wildcards.simulation, wildcards.experiment, f"{wildcards.moment}.parquet"
+        ),
     output:
         vtu=f"{RESULTS}/vtu/{{experiment}}/{{simulation}}/{{moment}}.vtu",
     log:

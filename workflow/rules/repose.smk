@@ -5,24 +5,24 @@ rule simulate_repose:
     input:
         kernels=f"{RESULTS}/kernels.txt",
     output:
-        grains=f"{RESULTS}/sims/repose/{{simulation}}/grains.parquet",
-        filled=f"{RESULTS}/sims/repose/{{simulation}}/filled.parquet",
-        run=f"{RESULTS}/sims/repose/{{simulation}}/run.parquet",
-        timing=f"{RESULTS}/sims/repose/{{simulation}}/timing.json",
+        grains=f"{RESULTS}/sims/repose/{{batch}}/grains.parquet",
+        filled=f"{RESULTS}/sims/repose/{{batch}}/filled.parquet",
+        run=f"{RESULTS}/sims/repose/{{batch}}/run.parquet",
+        timing=f"{RESULTS}/sims/repose/{{batch}}/timing.json",
     log:
-        f"{LOGS}/repose/{{simulation}}.log",
+        f"{LOGS}/repose/{{batch}}.log",
     threads: 1
     resources:
         checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
-        runtime=simulation_runtime,
-        mem_mb=simulation_memory,
+        runtime=batch_runtime("repose"),
+        mem_mb=batch_memory("repose"),
     params:
-        row=simulation_row,
-        settings=simulation_settings,
+        members=members("repose"),
+        digest=members_digest("repose"),
         engine=ENGINE,
-        checkpoint=f"{RESULTS}/checkpoints/{{simulation}}.npz",
+        checkpoints=f"{RESULTS}/checkpoints",
     message:
-        "Fill the tube, lift it, and let the heap come to rest: simulation {wildcards.simulation}."
+        "Fill the tube, lift it, and let the heap come to rest: {wildcards.batch}."
     script:
         "../scripts/simulate_repose.py"
 

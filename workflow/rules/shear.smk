@@ -5,25 +5,25 @@ rule simulate_shear:
     input:
         kernels=f"{RESULTS}/kernels.txt",
     output:
-        history=f"{RESULTS}/sims/shear/{{simulation}}/history.parquet",
-        before=f"{RESULTS}/sims/shear/{{simulation}}/grains_before.parquet",
-        after=f"{RESULTS}/sims/shear/{{simulation}}/grains_after.parquet",
-        run=f"{RESULTS}/sims/shear/{{simulation}}/run.parquet",
-        timing=f"{RESULTS}/sims/shear/{{simulation}}/timing.json",
+        history=f"{RESULTS}/sims/shear/{{batch}}/history.parquet",
+        before=f"{RESULTS}/sims/shear/{{batch}}/grains_before.parquet",
+        after=f"{RESULTS}/sims/shear/{{batch}}/grains_after.parquet",
+        run=f"{RESULTS}/sims/shear/{{batch}}/run.parquet",
+        timing=f"{RESULTS}/sims/shear/{{batch}}/timing.json",
     log:
-        f"{LOGS}/shear/{{simulation}}.log",
+        f"{LOGS}/shear/{{batch}}.log",
     threads: 1
     resources:
         checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
-        runtime=simulation_runtime,
-        mem_mb=simulation_memory,
+        runtime=batch_runtime("shear"),
+        mem_mb=batch_memory("shear"),
     params:
-        row=simulation_row,
-        settings=simulation_settings,
+        members=members("shear"),
+        digest=members_digest("shear"),
         engine=ENGINE,
-        checkpoint=f"{RESULTS}/checkpoints/{{simulation}}.npz",
+        checkpoints=f"{RESULTS}/checkpoints",
     message:
-        "Consolidate the slice and shear it: simulation {wildcards.simulation}."
+        "Consolidate the slice and shear it: {wildcards.batch}."
     script:
         "../scripts/simulate_shear.py"
 

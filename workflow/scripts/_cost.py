@@ -72,13 +72,17 @@ def grains_and_steps(row: dict, settings: dict) -> tuple[int, float]:
     return {"repose": heap, "shear": box}[row["experiment"]](row, settings)
 
 
-def runtime_min(row: dict, settings: dict, attempt: int) -> int:
-    """Minutes to ask for at an attempt (1, 2, ...), whole and at least 1."""
+def expected_s(row: dict, settings: dict) -> float:
+    """Seconds that a simulation is expected to take, its start excepted."""
     grains, steps = grains_and_steps(row, settings)
-    return math.ceil(attempt * (START_MIN + HEADROOM * grains * steps / SPEED_PER_S / 60.0))
+    return grains * steps / SPEED_PER_S
 
 
-def memory_mb(row: dict, settings: dict, attempt: int) -> int:
-    """Memory in MB to ask for at an attempt."""
-    grains, _ = grains_and_steps(row, settings)
-    return math.ceil(attempt * (BASE_MB + grains * GRAIN_MB))
+def runtime_min(members: list[tuple[dict, dict]], attempt: int) -> int:
+    """Minutes to ask for at an attempt (1, 2, ...) for a batch, pairs of row and settings; whole and at least 1."""
+    return math.ceil(attempt * (START_MIN + HEADROOM * sum(expected_s(*member) for member in members) / 60.0))
+
+
+def memory_mb(members: list[tuple[dict, dict]], attempt: int) -> int:
+    """Memory in MB to ask for at an attempt: as much as the largest simulation of the batch needs."""
+    return math.ceil(attempt * (BASE_MB + max(grains_and_steps(*member)[0] for member in members) * GRAIN_MB))

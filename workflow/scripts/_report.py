@@ -12,7 +12,7 @@ import yaml
 import _figures
 import _report_calibration as calibrated
 from _report_text import number, with_error
-from _tables import read_provenance, read_table
+from _tables import folder_of, read_provenance, read_simulation, read_table
 from calibration import from_json, paper, published
 from calibration.mohr_coulomb import COLUMNS
 from calibration.surrogate import RESPONSES
@@ -87,7 +87,7 @@ def build(files, config: dict, versions: dict) -> str:
 def engine_of(results: Path, tables) -> str:
     """Fingerprint of the engine that made the first heap."""
     first = tables["repose"]["simulation_id"].iloc[0]
-    return read_provenance(str(results / "sims" / "repose" / first / "run.parquet")).get("engine", "unknown")
+    return read_provenance(str(folder_of(results / "sims" / "repose", first) / "run.parquet")).get("engine", "unknown")
 
 
 def cost_sentence(tables) -> str:
@@ -309,7 +309,8 @@ def experiment_figures(results: Path, config: dict, tables) -> dict:
     first_seed = shear_rows[shear_rows["seed"] == shear_rows["seed"].iloc[0]]
 
     def state(experiment, simulation, name, schema="grains"):
-        return read_table(str(results / "sims" / experiment / simulation / f"{name}.parquet"), schema)
+        folder = folder_of(results / "sims" / experiment, simulation)
+        return read_simulation(str(folder / f"{name}.parquet"), schema, simulation)
 
     couple = f"µs = {heap_row['static_friction']:g}, µr = {heap_row['rolling_friction']:g}"
     heap_id, box = heap_row["simulation_id"], first_seed.iloc[-1]

@@ -1,13 +1,18 @@
-"""What both simulation scripts share: soil and engine from the design row, progress, and failures that are recorded."""
+"""What both simulation scripts share: batches, soil and engine from the design row, progress, and failures that are recorded."""
 
 import json
+import shutil
 import time
 import traceback
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
+from _batches import may_hold, stage_of
 from _checkpoint import Checkpoint
 from _provenance import versions
+from _tables import TableError, read_provenance, stack_tables, write_table
 from dem import SimulationError
 from dem.experiments import angle_of_repose, direct_shear
 from dem.experiments.soil import Engine, Soil
@@ -90,15 +95,16 @@ class Progress:
         return f", {'at least ' if self.stage == 'lift' else ''}{seconds:.0f} s left"
 
 
-def provenance(row: dict, settings: dict, engine: str) -> dict:
-    """Where a result comes from; nothing in it changes from run to run."""
-    return {"design": row, "settings": settings, "engine": engine, "versions": versions()}
+def provenance(members: list, engine: str) -> dict:
+    """Where results come from; nothing in it changes from run to run. members : pairs of design row and settings."""
+    simulations = {row["simulation_id"]: {"design": row, "settings": settings} for row, settings in members}
+    return {"simulations": simulations, "engine": engine, "versions": versions()}
 
 
-def grain_table(grains) -> dict[str, np.ndarray]:
-    """Positions and radii of grains as columns."""
+def grain_table(grains, simulation: str = "") -> dict[str, np.ndarray]:
+    """Of which simulation they are, positions and radii of grains as columns."""
     x, y, z = grains.positions_m.reshape(-1, 3).T
-    return {"x_m": x, "y_m": y, "z_m": z, "radius_m": grains.radii_m}
+    return of_simulation(simulation, {"x_m": x, "y_m": y, "z_m": z, "radius_m": grains.radii_m})
 
 
 def empty_grains() -> dict[str, np.ndarray]:
@@ -106,9 +112,14 @@ def empty_grains() -> dict[str, np.ndarray]:
     return empty_columns(("x_m", "y_m", "z_m", "radius_m"))
 
 
+def of_simulation(simulation: str, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The columns, and before them the id of the simulation in each row."""
+    return {"simulation": np.full(len(next(iter(columns.values()))), simulation, dtype="U10"), **columns}
+
+
 def empty_columns(names) -> dict[str, np.ndarray]:
-    """Columns of numbers without rows."""
-    return {name: np.zeros(0) for name in names}
+    """Columns of numbers without rows, of no simulation."""
+    return of_simulation("", {name: np.zeros(0) for name in names})
 
 
 def one_row(values: dict) -> dict[str, list]:
@@ -132,7 +143,91 @@ def recorded(run, soil, setup, engine, seed: int, checkpoint: Checkpoint):
     return result, reason, checkpoint.spent_s
 
 
-def write_timing(path: str, seconds: float) -> None:
-    """The only output that differs from run to run: how long it took."""
+class Finished:
+    """Simulations that need not be run: kept by an earlier attempt, or made alone or in another batch, of the same identity."""
+
+    def __init__(self, files: dict[str, str], kept: Path, sims: Path):
+        self.files, self.kept, self.sims = files, kept, sims
+        self.batches = [path for path in sorted(sims.glob("*")) if stage_of(path.name) is not None]
+        self.known: dict[Path, dict] = {}
+
+    def folder(self, row: dict, settings: dict, engine: str) -> Path | None:
+        """Where a simulation's files are, among those of others perhaps; None where they are nowhere."""
+        name, wanted = row["simulation_id"], provenance([(row, settings)], engine)
+        others = [path for path in self.batches if may_hold(path.name, name)]
+        for folder in (self.kept / name, self.sims / name, *others):
+            found = self.holds(folder)
+            if name in found.get("simulations", {}) and found | {"simulations": {name: found["simulations"][name]}} == wanted:
+                return folder
+        return None
+
+    def holds(self, folder: Path) -> dict:
+        """The provenance that all files in a folder have; empty where one is missing, broken or of another run."""
+        if folder not in self.known:
+            paths = [folder / file for name, file in self.files.items() if name != "timing"]
+            try:
+                first, *rest = [read_provenance(path) for path in paths]
+                json.loads((folder / self.files["timing"]).read_text())  # it is written last
+                self.known[folder] = first if all(other == first for other in rest) else {}
+            except (TableError, OSError, ValueError):
+                self.known[folder] = {}
+        return self.known[folder]
+
+
+def run_batch(members: list, engine: str, output: dict[str, str], checkpoints: str, interval_s: float, simulate: Callable) -> None:
+    """Simulate what a batch holds, one after another, and write each output as one file, stacked in the order of the members.
+
+    Every finished simulation is kept in <checkpoints>/<id>/ until all files are written, so that nothing is lost when the job ends
+    early. After a fault of the program the others are still simulated; then the job fails, and its next attempt takes up that one.
+
+    Parameters
+    ----------
+    members : pairs of design row and settings. output : name -> path. simulate : function of row, settings and Checkpoint that
+        returns {name of output: (schema, columns)} and the wall time in s.
+    """
+    files, kept = {name: Path(path).name for name, path in output.items()}, Path(checkpoints)
+    finished, folders, broken = Finished(files, kept, Path(output["run"]).parents[1]), {}, []
+    for number, (row, settings) in enumerate(members, 1):
+        name, source = row["simulation_id"], provenance([(row, settings)], engine)
+        print(f"simulation {name}: {number} of {len(members)}")
+        folders[name] = finished.folder(row, settings, engine)
+        if folders[name] is not None:
+            print(f"finished before, in {folders[name]}")
+            continue
+        checkpoint = Checkpoint(str(kept / f"{name}.npz"), interval_s, source)
+        try:
+            tables, seconds = simulate(row, settings, checkpoint)
+            folders[name] = keep(kept / name, tables, {name: seconds}, files, source)
+        except Exception:  # whatever it is, the other simulations can do nothing for it
+            traceback.print_exc()
+            broken.append(name)
+        else:
+            checkpoint.remove()
+    if broken:
+        raise RuntimeError(f"{len(broken)} of {len(members)} simulations broke off: {', '.join(broken)}; the others are kept.")
+    for name in output.keys() - {"timing"}:
+        paths = {simulation: folder / files[name] for simulation, folder in folders.items()}
+        stack_tables(paths, output[name], provenance(members, engine))
+    timings = [json.loads((folder / files["timing"]).read_text())["wall_time_s"] for folder in folders.values()]
+    write_timing(output["timing"], {name: timing[name] for name, timing in zip(folders, timings, strict=True)})
+    for name in folders:
+        shutil.rmtree(kept / name, ignore_errors=True)
+
+
+def keep(folder: Path, tables: dict, seconds: dict[str, float], files: dict[str, str], source: dict) -> Path:
+    """Write the files of one simulation into a folder, whole or not at all; returns the folder."""
+    part = folder.with_name(f"{folder.name}.part")
+    for left in (part, folder):
+        shutil.rmtree(left, ignore_errors=True)
+    part.mkdir(parents=True)
+    for name, (schema, columns) in tables.items():
+        write_table(columns, str(part / files[name]), schema, source)
+    write_timing(str(part / files["timing"]), seconds)
+    part.rename(folder)
+    return folder
+
+
+def write_timing(path: str, seconds: dict[str, float]) -> None:
+    """The only output that differs from run to run: how long each simulation took."""
     with open(path, "w", encoding="utf-8") as file:
         json.dump({"wall_time_s": seconds}, file)

@@ -1,6 +1,7 @@
 """What the Snakefile knows of a study before any job runs: its checked configuration, its simulations, its code."""
 
 import ast
+import functools
 import hashlib
 import math
 import re
@@ -92,15 +93,22 @@ def base_simulation(config: dict, rows: dict[str, dict], experiment: str) -> dic
     return max(same, key=lambda row: row["normal_stress_pa"] or 0.0)
 
 
-def proposed_simulations(results: str, stage: str = "") -> dict[str, dict]:
-    """simulation_id -> design row of what the later stages simulate: of one stage, or of all that are planned so far."""
-    folders = [results + stage] if stage else [f"{results}/verification", *sorted(map(str, Path(results).glob("rounds/*")))]
-    rows = {}
-    for folder in folders:
-        path = Path(folder) / "design.parquet"
-        if path.is_file():
-            rows |= plain_rows(read_table(str(path), "design"))
-    return rows
+def planned_stages(results: str) -> list[str]:
+    """The campaign and the later stages that are planned so far, by their folders below results/<study>."""
+    folders = [f"{results}/verification", *sorted(map(str, Path(results).glob("rounds/*")))]
+    return ["", *(folder[len(results) :] for folder in folders if (Path(folder) / "design.parquet").is_file())]
+
+
+def proposed_simulations(folder: str) -> dict[str, dict]:
+    """simulation_id -> design row of what the later stage in a folder simulates; the same dict until its design changes."""
+    path = Path(folder) / "design.parquet"
+    return rows_in(str(path), path.stat().st_mtime_ns)
+
+
+@functools.cache
+def rows_in(path: str, changed_ns: int) -> dict[str, dict]:
+    """Rows of a design table as it was at a time."""
+    return plain_rows(read_table(path, "design"))
 
 
 def experiment_settings(config: dict, row: dict) -> dict:

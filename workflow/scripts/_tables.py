@@ -6,7 +6,9 @@ beyond the listed ones (a further material property, say) are let through. Simul
 jobs need not import pandas.
 """
 
+import contextlib
 import functools
+import itertools
 import json
 from pathlib import Path
 
@@ -14,6 +16,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import yaml
+
+from _batches import may_hold
 
 SCHEMAS = Path(__file__).resolve().parents[1] / "schemas"
 METADATA_KEY = b"virtual_soil"
@@ -86,13 +90,80 @@ def arrow_column(values: np.ndarray) -> pa.Array:
     return pa.Array.from_buffers(kind[0], len(values), [None, pa.py_buffer(np.ascontiguousarray(values, kind[1]))])
 
 
-def read_table(path: str, name: str):
-    """Read a table and check it (DataFrame); a file that is no Parquet is named in the error."""
+@contextlib.contextmanager
+def readable(path: str):
+    """While inside, a file that is no Parquet is named in the error."""
     try:
-        frame = pq.ParquetFile(path).read().to_pandas()
+        yield
     except (pa.ArrowInvalid, OSError) as error:
         raise TableError(f"{path}: not a readable Parquet file ({error}).") from error
+
+
+def read_table(path: str, name: str):
+    """Read a table and check it (DataFrame)."""
+    with readable(path):
+        frame = pq.ParquetFile(path).read().to_pandas()
     return check_table(frame, name, str(path))
+
+
+def read_simulation(path: str, name: str, simulation: str):
+    """The rows of one simulation in a table that may hold several (DataFrame); none where it failed."""
+    with readable(path):
+        frame = rows_of(path, simulation).to_pandas()
+    return check_table(frame, name, str(path))
+
+
+def read_simulations(path: str, name: str):
+    """Yield (simulation, DataFrame) of a table that `stack_tables` wrote, one at a time; one that failed has no rows, nor turn."""
+    with readable(path):
+        file = pq.ParquetFile(path)
+    for k in range(file.num_row_groups):
+        with readable(path):
+            frame = file.read_row_group(k).to_pandas()
+        if len(check_table(frame, name, str(path))):
+            yield frame["simulation"].iloc[0], frame
+
+
+def folder_of(sims: Path, simulation: str) -> Path:
+    """The newest folder of results/<study>/sims/<experiment> that holds a simulation; raises TableError where none does."""
+    runs = [folder / "run.parquet" for folder in sims.glob("*") if may_hold(folder.name, simulation)]
+    found = [path for path in runs if path.is_file() and len(rows_of(path, simulation))]
+    if not found:
+        raise TableError(f"{sims}: there is no result of simulation {simulation}.")
+    return max(found, key=lambda path: path.stat().st_mtime).parent
+
+
+def batch_results(runs, run_name: str, details, name: str, timings):
+    """Yield (row of the run with its wall_time_s, its table `name` or None where it failed) of every simulation in all batches.
+
+    The three lists of files belong together one by one. Only one simulation's table is held at a time; each comes once.
+    """
+    seen = set()
+    for run_path, path, timing_path in zip(runs, details, timings, strict=True):
+        seconds = json.loads(Path(timing_path).read_text(encoding="utf-8"))["wall_time_s"]
+        rows = {row["simulation_id"]: row for row in read_table(run_path, run_name).to_dict("records")}
+        with_rows = itertools.chain(read_simulations(path, name), ((failed, None) for failed in list(rows)))
+        for simulation, frame in with_rows:
+            if simulation not in seen:
+                seen.add(simulation)
+                yield {**rows[simulation], "wall_time_s": seconds[simulation]}, frame
+
+
+def rows_of(path: str, simulation: str) -> pa.Table:
+    """One simulation's rows, by column simulation, or simulation_id in tables of one row each."""
+    column = next(name for name in ("simulation", "simulation_id") if name in pq.read_schema(path).names)
+    return pq.read_table(path, filters=[(column, "==", simulation)])
+
+
+def stack_tables(paths: dict[str, str], path: str, provenance: dict) -> None:
+    """Write one table from those of several simulations (simulation -> file), a row group for each, in the order given."""
+    schemas = [pq.read_schema(file).remove_metadata() for file in dict.fromkeys(paths.values())]
+    metadata = {METADATA_KEY: json.dumps(provenance, sort_keys=True).encode()}
+    schema = pa.unify_schemas(schemas, promote_options="permissive").with_metadata(metadata)
+    with pq.ParquetWriter(path, schema, compression="zstd") as writer:
+        for simulation, file in paths.items():
+            rows = rows_of(file, simulation)
+            writer.write_table(rows.cast(schema), row_group_size=max(len(rows), 1))
 
 
 def read_all(paths, name: str):
@@ -114,5 +185,6 @@ def empty_table(name: str):
 
 def read_provenance(path: str) -> dict:
     """The provenance in a table's metadata; empty if it has none."""
-    metadata = pq.read_schema(path).metadata or {}
+    with readable(path):
+        metadata = pq.read_schema(path).metadata or {}
     return json.loads(metadata.get(METADATA_KEY, b"{}"))

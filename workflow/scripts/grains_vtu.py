@@ -4,16 +4,16 @@ import meshio
 import numpy as np
 
 from _log import log_to
-from _tables import TableError, read_table
+from _tables import TableError, read_simulation
 
 PLACES = ["x_m", "y_m", "z_m"]
 
 
-def main(grains_path, path):
-    """Each grain a vertex at its centre; every column that is no place becomes data of the point."""
-    grains = read_table(grains_path, "grains")
+def main(grains_path, simulation, path):
+    """Each grain a vertex at its centre; every further column of numbers becomes data of the point."""
+    grains = read_simulation(grains_path, "grains", simulation).drop(columns="simulation")
     if grains.empty:
-        raise TableError(f"{grains_path}: holds no grains, as its simulation failed; run.parquet beside it says why.")
+        raise TableError(f"{grains_path}: holds no grains of {simulation}, as it failed; run.parquet beside it says why.")
     mesh = meshio.Mesh(
         grains[PLACES].to_numpy(),
         {"vertex": np.arange(len(grains))[:, None]},
@@ -24,4 +24,4 @@ def main(grains_path, path):
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
-    main(snakemake.input.grains, snakemake.output.vtu)
+    main(snakemake.input.grains, snakemake.wildcards.simulation, snakemake.output.vtu)

@@ -1,12 +1,11 @@
 """Adapt rule `measure_shear` to `dem.measure.shear`."""
 
-import json
 import math
 
 import pandas as pd
 
 from _log import log_to
-from _tables import empty_table, read_table, write_table
+from _tables import batch_results, empty_table, read_table, write_table
 from dem.measure.shear import strength
 
 #: The plateau is the mean over this last fraction of the displacement.
@@ -14,11 +13,10 @@ PLATEAU_WINDOW = 0.3
 STRENGTHS = ("peak_shear_stress_pa", "plateau_shear_stress_pa", "plane_normal_stress_pa", "peak_plane_normal_stress_pa")
 
 
-def measured(run: dict, history_path: str) -> dict:
+def measured(run: dict, history: pd.DataFrame | None) -> dict:
     """A run's row with its strengths and its dilation; a failed run has none."""
     if run["status"] == "failed":
         return {**run, **dict.fromkeys((*STRENGTHS, "dilation_m"), math.nan)}
-    history = read_table(history_path, "shear_history")
     columns = (history[name].to_numpy() for name in ("displacement_m", "shear_stress_pa", "plane_normal_stress_pa"))
     result = strength(*columns, PLATEAU_WINDOW)
     dilation = history["lid_height_m"].iloc[-1] - history["lid_height_m"].iloc[0]
@@ -27,11 +25,8 @@ def measured(run: dict, history_path: str) -> dict:
 
 def main(files, provenance, output):
     design = read_table(files.design, "design")
-    rows = []
-    for run_path, history_path, timing_path in zip(files.runs, files.histories, files.timings, strict=True):
-        run = read_table(run_path, "shear_run").to_dict("records")[0]
-        with open(timing_path, encoding="utf-8") as file:
-            rows.append({**measured(run, history_path), **json.load(file)})
+    results = batch_results(files.runs, "shear_run", files.histories, "shear_history", files.timings)
+    rows = [measured(run, history) for run, history in results]
     table = design.merge(pd.DataFrame(rows), on="simulation_id", validate="one_to_one") if rows else empty_table("shear")
     write_table(table, output, "shear", provenance)
 

@@ -2,20 +2,8 @@
 
 import math
 
-from _checkpoint import Checkpoint
 from _log import log_to
-from _simulate import (
-    empty_columns,
-    empty_grains,
-    engine_of,
-    grain_table,
-    one_row,
-    provenance,
-    recorded,
-    soil_of,
-    write_timing,
-)
-from _tables import write_table
+from _simulate import empty_columns, empty_grains, engine_of, grain_table, of_simulation, one_row, recorded, run_batch, soil_of
 from dem.experiments import direct_shear
 
 RUN_KEYS = (
@@ -33,44 +21,33 @@ HISTORY = (
 )
 
 
-def main(row, settings, engine, output, checkpoint_path, checkpoint_interval_s):
-    source = provenance(row, settings, engine)
-    checkpoint = Checkpoint(checkpoint_path, checkpoint_interval_s, source)
-    soil = soil_of(row)
+def simulate(row, settings, checkpoint):
+    """One shear test: {output: (schema, columns)}, and the wall time in s."""
+    name, soil = row["simulation_id"], soil_of(row)
     setup = direct_shear.Setup(normal_stress_pa=row["normal_stress_pa"], **settings["setup"])
     number, gravity = settings["softening"]["shear_stiffness_number"], settings["engine"]["gravity_m_s2"]
     reduction = direct_shear.stiffness_reduction(soil, setup, number, gravity)
-    numerics = engine_of(settings, reduction)
-    shear, reason, seconds = recorded(direct_shear.run, soil, setup, numerics, row["seed"], checkpoint)
+    shear, reason, seconds = recorded(direct_shear.run, soil, setup, engine_of(settings, reduction), row["seed"], checkpoint)
     if shear is None:
         run = {"status": "failed", **dict.fromkeys(RUN_KEYS, math.nan), "n_particles": 0, "n_steps": 0}
         before = after = empty_grains()
         history = empty_columns(HISTORY)
     else:
         run = {"status": "done", **{key: getattr(shear, key) for key in RUN_KEYS}}
-        before, after, history = grain_table(shear.before), grain_table(shear.after), shear.history
+        before, after = grain_table(shear.before, name), grain_table(shear.after, name)
+        history = of_simulation(name, shear.history)
     run = {
-        "simulation_id": row["simulation_id"],
+        "simulation_id": name,
         "reason": reason or "",
         "inertial_number": setup.inertial_number,
         "stiffness_reduction": reduction,
         **run,
     }
-    write_table(before, output.before, "grains", source)
-    write_table(after, output.after, "grains", source)
-    write_table(history, output.history, "shear_history", source)
-    write_table(one_row(run), output.run, "shear_run", source)
-    write_timing(output.timing, seconds)
-    checkpoint.remove()
+    tables = {"before": ("grains", before), "after": ("grains", after), "history": ("shear_history", history)}
+    return {**tables, "run": ("shear_run", one_row(run))}, seconds
 
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
-    main(
-        snakemake.params.row,
-        snakemake.params.settings,
-        snakemake.params.engine,
-        snakemake.output,
-        snakemake.params.checkpoint,
-        snakemake.resources.checkpoint_interval_s,
-    )
+    params, interval_s = snakemake.params, snakemake.resources.checkpoint_interval_s
+    run_batch(params.members, params.engine, dict(snakemake.output.items()), params.checkpoints, interval_s, simulate)

@@ -7,6 +7,7 @@ Whether a changed configuration would run it again, only `snakemake -n all` know
 
 import argparse
 import json
+import re
 import time
 from collections import Counter
 from pathlib import Path
@@ -14,11 +15,15 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from _batches import stage_of
+from _cost import expected_s
 from _tables import METADATA_KEY
 
 ROOT = Path(__file__).resolve().parents[2]
 NAMES = {"repose": "heaps", "shear": "shear tests"}
 STATES = ("done", "outdated", "running", "failed", "stopped", "waiting")
+#: How a simulation's lines begin in the log of its job.
+HEADING = re.compile(r"^simulation ([0-9a-f]{10}): \d+ of \d+$\n?", flags=re.MULTILINE)
 #: A running simulation writes to its log every few seconds; one that has not for so long (s) was stopped.
 SILENT_S = 120.0
 #: Width of the bar, in characters.
@@ -48,22 +53,46 @@ def planned(results: Path) -> dict[str, dict]:
     return rows
 
 
-def looked_up(row: dict, results: Path, logs: Path, now: float) -> dict:
-    """A simulation's state (one of STATES), what there is to say of it, and its wall time in s where it has one."""
-    folder = results / "sims" / row["experiment"] / row["simulation_id"]
-    log = logs / row["experiment"] / f"{row['simulation_id']}.log"
-    try:
-        seconds = json.loads((folder / "timing.json").read_text())["wall_time_s"]
-        file = pq.ParquetFile(folder / "run.parquet")
-        run = file.read(columns=["status", "reason"]).to_pylist()[0]
-        engine = json.loads(file.schema_arrow.metadata[METADATA_KEY])["engine"]
-        state = "failed" if run["status"] == "failed" else "done"
-        made = {"engine": engine, "made": (folder / "run.parquet").stat().st_mtime}
-        return {"state": state, "note": run["reason"], "wall_time_s": seconds, **made}
-    except FileNotFoundError:
-        return without_result(log, now)
-    except (pa.ArrowException, OSError, ValueError, KeyError, IndexError) as error:
-        return {"state": "failed", "note": f"{folder}: unreadable result ({type(error).__name__})"}
+def results_in(results: Path) -> dict[str, dict]:
+    """simulation_id -> state, what there is to say of it, wall time in s; of every result, also of batches that are not finished.
+
+    Where a simulation has several results, as its batch is another one now, the newest counts.
+    """
+    paths = [path for folder in ("checkpoints/*", "sims/*/*") for path in results.glob(f"{folder}/run.parquet")]
+    found = {}
+    for path in sorted(paths, key=lambda path: path.stat().st_mtime):
+        folder = path.parent
+        try:
+            seconds = json.loads((folder / "timing.json").read_text())["wall_time_s"]
+            file = pq.ParquetFile(path)
+            runs = file.read(columns=["simulation_id", "status", "reason"]).to_pylist()
+            provenance = json.loads(file.schema_arrow.metadata[METADATA_KEY])
+            made = {"engine": provenance["engine"], "made": path.stat().st_mtime}
+            for run in runs:
+                state, name = "failed" if run["status"] == "failed" else "done", run["simulation_id"]
+                found[name] = {"state": state, "note": run["reason"], "wall_time_s": seconds[name], **made}
+                found[name]["expected_s"] = expected_s(*provenance["simulations"][name].values())
+        except FileNotFoundError:  # its timing: it is just being written
+            pass
+        except (pa.ArrowException, OSError, ValueError, KeyError, TypeError) as error:
+            found[folder.name] = {"state": "failed", "note": f"{folder}: unreadable result ({type(error).__name__})"}
+    return found
+
+
+def logged_in(logs: Path, now: float) -> dict[str, dict]:
+    """simulation_id -> state and what there is to say of it, of the last simulation in every log and of those that crashed before.
+
+    A log without any is of a job that has not come to its first simulation; its batch stands for it.
+    """
+    found = {}
+    for log in (path for experiment in NAMES for path in (logs / experiment).glob("*.log")):
+        before, *sections = HEADING.split(log.read_text(errors="replace"))
+        parts = list(zip(sections[::2], sections[1::2], strict=True)) or [(log.stem, before)]
+        for name, text in parts:
+            state = in_log(log, text.splitlines(), now)
+            if name == parts[-1][0] or state["state"] == "failed":
+                found[name] = state
+    return found
 
 
 def mark_outdated(rows: dict[str, dict]) -> None:
@@ -75,11 +104,8 @@ def mark_outdated(rows: dict[str, dict]) -> None:
             row["state"] = "outdated"
 
 
-def without_result(log: Path, now: float) -> dict:
-    """State of a simulation that has no result, from its log: one with a traceback crashed, one that is silent was stopped."""
-    if not log.is_file():
-        return {"state": "waiting", "note": ""}
-    lines = log.read_text(errors="replace").splitlines()
+def in_log(log: Path, lines: list[str], now: float) -> dict:
+    """State of something without result, from its lines in a log: with a traceback it crashed, a silent one was stopped."""
     last = lines[-1] if lines else ""
     if any(line.startswith("Traceback") for line in lines):
         return {"state": "failed", "note": f"{log}: {last}"}
@@ -110,13 +136,26 @@ def work_left(rows: dict[str, dict]) -> tuple[float, int]:
     return seconds, unknown
 
 
+def model_errors(rows: dict[str, dict]) -> list[str]:
+    """How far the cost model, by which batches are made and time is asked for, is from what finished simulations took."""
+    ratios = {}
+    for row in rows.values():
+        if row["state"] == "done" and row["wall_time_s"]:
+            ratios.setdefault(row["experiment"], []).append(row["expected_s"] / row["wall_time_s"])
+    parts = []
+    for experiment, values in ratios.items():
+        low, median, high = (sorted(values)[round(share * (len(values) - 1))] for share in (0.1, 0.5, 0.9))
+        parts.append(f"{NAMES[experiment]} {median:.2f} ({low:.2f} to {high:.2f})")
+    return [f"Expected over measured time, median (8 of 10 lie within): {'; '.join(parts)}."] if parts else []
+
+
 def crashed_rules(logs: Path) -> list[str]:
     """The last line of the logs of all other rules that ended with a traceback."""
     lines = []
     for log in sorted(
         [*logs.glob("*.log"), *logs.glob("rounds/*/*.log"), *logs.glob("verification/*.log"), *logs.glob("export/*.log")]
     ):
-        found = without_result(log, 0.0)
+        found = in_log(log, log.read_text(errors="replace").splitlines(), 0.0)
         if found["state"] == "failed":
             lines.append(found["note"])
     return lines
@@ -137,14 +176,16 @@ def report(study: str, root: Path, now: float) -> str:
         known = sorted(path.parent.name for path in root.glob("results/*/design.parquet"))
         raise SystemExit(f"study: there is no results/{study}; started studies: {', '.join(known) or 'none'}.")
     rows = planned(results)
-    for row in rows.values():
-        row |= looked_up(row, results, logs, now)
+    made, logged = results_in(results), logged_in(logs, now)
+    for name, row in rows.items():
+        row |= made.get(name) or logged.get(name) or {"state": "waiting", "note": ""}
     mark_outdated(rows)
-    crashed = [f"failed: {line}" for line in crashed_rules(logs)]
+    batches = [state["note"] for name, state in logged.items() if stage_of(name) is not None and state["state"] == "failed"]
+    crashed = [f"failed: {line}" for line in (*crashed_rules(logs), *batches)]
     if not rows:
         return "\n".join([f"{study}: no simulation is planned yet.", *crashed])
     named = [line for state in ("running", "stopped", "failed") for line in one_by_one(rows, state)]
-    blocks = [[bar(study, rows)], table(rows), [*named, *crashed], outlook(rows, results)]
+    blocks = [[bar(study, rows)], table(rows), [*named, *crashed], outlook(rows, results), model_errors(rows)]
     return "\n\n".join("\n".join(block) for block in blocks if block)
 
 
