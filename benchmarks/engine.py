@@ -52,7 +52,11 @@ def base_set(shear_modulus_pa: float) -> Soil:
 
 def prepare(soil: Soil, states, **engine) -> dict[str, Simulation]:
     """One simulation per state, each ready to go on; the step is 0.2 Rayleigh times."""
-    simulation = angle_of_repose.build(soil, SETUP, Engine(**engine), seed=1)
+    return lifted(angle_of_repose.build(soil, SETUP, Engine(**engine), seed=1), states)
+
+
+def lifted(simulation: Simulation, states) -> dict[str, Simulation]:
+    """As `prepare`, from grains about to drop."""
     simulation.run(FILL_S)
     ready = {STATES[0]: copy.deepcopy(simulation)}
     simulation.move_wall("tube", (0.0, 0.0, SETUP.lift_speed_m_s))

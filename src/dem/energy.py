@@ -156,8 +156,7 @@ def note_rolling(note, c, h, S_t, push, nx, ny, nz, turning, dt, entries):
     ax, ay, az = flat(float(h[3 * BLOCK]), float(h[4 * BLOCK]), float(h[5 * BLOCK]), nx, ny, nz)
     rx, ry, rz = flat(turning[0], turning[1], turning[2], nx, ny, nz)
     wx, wy, wz = ax + rx * dt, ay + ry * dt, az + rz * dt
-    limit = float(c[MU_R * BLOCK]) * push * R_star
-    factor = plastic_factor(k_r * math.sqrt(wx * wx + wy * wy + wz * wz), limit, 1.0, 1e-300)
+    factor = plastic_factor(wx * wx + wy * wy + wz * wz, float(c[MU_R * BLOCK]) * push * R_star / k_r, 1.0, 1e-150)
     moment = factor * k_r
     before = 0.5 * k_r * (ax * ax + ay * ay + az * az)
     after = 0.5 * moment * factor * (wx * wx + wy * wy + wz * wz)

@@ -12,7 +12,7 @@ from llvmlite import ir
 
 from dem import motion, pairs
 from dem.jit import cgutils, intrinsic, lean_jit, types
-from dem.layout import BLOCK, FORCE, FREE, GRAIN, INVERSE_MASS, LOAD, RESIST, RESISTANCE, TWIST, TWIST_J, VX
+from dem.layout import BLOCK, FORCE, FREE, GRAIN, INVERSE_MASS, LOAD, RESIST, RESISTANCE, TWIST, TWIST_J, UX, VX
 
 LANES = 16
 TINY = 1e-30
@@ -136,7 +136,7 @@ class Emitter:
         ]
 
     def places_to_rows(self, places):
-        """8 vectors (x, y, z, R) -> 4 vectors of 8 doubles."""
+        """8 vectors of 4 -> 4 vectors of 8."""
         wide = [self.concatenate(places[k], places[k + 2]) for k in (0, 1, 4, 5)]
         even, odd = [0, 8, 2, 10, 4, 12, 6, 14], [1, 9, 3, 11, 5, 13, 7, 15]
         xz, yr = ([self.pick(wide[k], wide[k + 1], lanes) for k in (0, 2)] for lanes in (even, odd))
@@ -179,9 +179,10 @@ def emit_gather_rolling(e):
     q, differences = e.args[3], []
     for c in range(LANES):
         i, j = e.index(first, q, c, GRAIN), e.index(second, q, c, GRAIN)
-        difference = e.b.fsub(e.load(grains, e.at(i, VX), 8), e.load(grains, e.at(j, VX), 8))
-        differences.append(e.narrow(difference, buffer[1]))
-    for t, row in enumerate(e.records_to_rows(differences)[3:6]):
+        differences.append(e.b.fsub(e.load(grains, e.at(i, UX), 4), e.load(grains, e.at(j, UX), 4)))
+    low, high = e.places_to_rows(differences[:8]), e.places_to_rows(differences[8:])
+    for t in range(3):
+        row = e.concatenate(e.narrow(low[t], buffer[1]), e.narrow(high[t], buffer[1]))
         e.store(buffer, e.at(q, (10 + t) * BLOCK), row)
 
 

@@ -168,15 +168,15 @@ def rolling_stage(n, b, c, h, dt, one, zero, tiny):
         wy -= w_n * ny
         wz -= w_n * nz
         R_star = c[R_STAR * B + q]
-        k_r = S_t * R_star * R_star
-        limit = b[RESISTANCE * B + q] * R_star
-        factor = plastic_factor(k_r * math.sqrt(wx * wx + wy * wy + wz * wz), limit, one, tiny * tiny)
+        limit = b[RESISTANCE * B + q] / (S_t * R_star)  # of the angle: mu_r F_n R* over k_r = S_t R*^2
+        factor = plastic_factor(wx * wx + wy * wy + wz * wz, limit, one, tiny)
         wx *= factor
         wy *= factor
         wz *= factor
         h[3 * B + q] = wx
         h[4 * B + q] = wy
         h[5 * B + q] = wz
+        k_r = S_t * R_star * R_star
         k_i = k_r * c[INV_R_I * B + q]
         k_j = k_r * c[INV_R_J * B + q]
         b[TWIST_J * B + q] = b[TWIST * B + q] + k_j * wx

@@ -21,6 +21,6 @@ def resist(spin_x, spin_y, spin_z, largest_change):
 
 
 @jit
-def plastic_factor(trial, limit, one, tiny):
-    """By how much a trial rolling spring must shrink so that its moment stays below the limit (type C)."""
-    return min(one, limit / (trial + tiny))
+def plastic_factor(angle2, limit, one, tiny):
+    """By how much a rolling spring of squared angle `angle2` must shrink to stay below the limit; 1 when it does (type C)."""
+    return min(one, limit * (one / math.sqrt(angle2 + tiny * tiny)))
