@@ -1,26 +1,110 @@
 # The report: tables and figures of the paper, ours beside the paper's, and what goes beyond.
+from types import SimpleNamespace
+
+from _report_contents import FIGURES, TABLES, figure_names
 
 REPORTED = [
     *("soil", "design", "repose", "shear", "strength", "screening", "acceleration"),
     *("reachability", "calibration", "iterations", "minima", "posterior"),
     *("equivalents", "identifiability", "verification", "sensitivity", "coverage"),
 ]
+# where the tables of what was simulated after the campaign lie
+LATER_STAGES = [*(f"/rounds/{k}" for k in range(1, ROUNDS + 1)), "/verification"]
+
+
+def simulated_in_all(experiment, file):
+    """Input function: a file of every simulation of one experiment in all stages."""
+
+    def paths(wildcards):
+        stages = [SimpleNamespace(stage=stage) for stage in ("", *LATER_STAGES)]
+        return list(dict.fromkeys(path for stage in stages for path in simulated(experiment, file)(stage)))
+
+    return paths
+
+
+def reported(folder, suffix, entries):
+    """Files of the report that `snakemake --report` shows too, with caption, section and title."""
+    return [
+        report(
+            f"{RESULTS}/{folder}/{name}.{suffix}",
+            caption=f"../report/captions/{name}.rst",
+            category=section,
+            labels={"shows": title},
+        )
+        for name, (section, title) in entries.items()
+    ]
+
+
+rule record_lift:
+    input:
+        kernels=f"{RESULTS}/kernels.txt",
+    output:
+        lift=f"{RESULTS}/lift.parquet",
+    log:
+        f"{LOGS}/record_lift.log",
+    params:
+        row=base_simulation(config, SIMULATIONS, "repose"),
+        settings=experiment_settings(
+            config, base_simulation(config, SIMULATIONS, "repose")
+        ),
+        engine=ENGINE,
+    resources:
+        runtime=lambda wildcards, attempt: runtime_min(
+            base_simulation(config, SIMULATIONS, "repose"),
+            experiment_settings(config, base_simulation(config, SIMULATIONS, "repose")),
+            attempt,
+        ),
+    message:
+        "Simulate the base point's heap once more and keep moments of the lift."
+    script:
+        "../scripts/record_lift.py"
 
 
 rule report:
     input:
         tables=[f"{RESULTS}/{name}.parquet" for name in REPORTED],
+        later_repose=[f"{RESULTS}{stage}/repose.parquet" for stage in LATER_STAGES],
+        later_shear=[f"{RESULTS}{stage}/shear.parquet" for stage in LATER_STAGES],
+        later_strength=[f"{RESULTS}{stage}/strength.parquet" for stage in LATER_STAGES],
+        heaps=simulated_in_all("repose", "grains.parquet"),
+        filled=simulated_in_all("repose", "filled.parquet"),
+        before=simulated_in_all("shear", "grains_before.parquet"),
+        after=simulated_in_all("shear", "grains_after.parquet"),
+        histories=simulated_in_all("shear", "history.parquet"),
+        lift=f"{RESULTS}/lift.parquet",
         residuals=f"{LAST}/residuals.parquet",
         surrogates=f"{LAST}/surrogates.json",
         rounds=[
             f"{RESULTS}/rounds/{k}/comparison.parquet" for k in range(1, ROUNDS + 1)
         ],
         twins=[f"{RESULTS}/twins.parquet"] if config["twins"] else [],
-        template="workflow/report/template.html.j2",
-        figures="workflow/scripts/_figures.py",
-        builder="workflow/scripts/_report.py",
+        page=[
+            f"workflow/report/{name}"
+            for name in ("template.html.j2", "report.css", "views.js")
+        ],
+        captions=[
+            f"workflow/report/captions/{name}.rst"
+            for name in (*figure_names(config), *TABLES)
+        ],
+        code=[
+            f"workflow/scripts/{name}.py"
+            for name in (
+                *("_figures", "_pack", "_report", "_report_calibration", "_report_contents"),
+                *("_report_figures", "_report_text", "_stored", "_views"),
+            )
+        ],
     output:
-        html=f"{RESULTS}/report.html",
+        html=report(
+            f"{RESULTS}/report.html",
+            caption="../report/captions/report.rst",
+            category="The answer",
+            labels={"shows": "Report"},
+        ),
+        figures=reported(
+            "figures", "svg", {name: FIGURES[name] for name in figure_names(config)}
+        ),
+        data=[f"{RESULTS}/figures/{name}.csv" for name in figure_names(config)],
+        tables=reported("tables", "csv", TABLES),
     log:
         f"{LOGS}/report.log",
     params:
