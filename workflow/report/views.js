@@ -179,9 +179,7 @@
     const drawn = plot._fullLayout.scene._scene;
     const { model, view, projection } = drawn.glplot.cameraParams;
     const times = (m, v) => [0, 1, 2, 3].map((row) => v.reduce((sum, value, k) => sum + m[4 * k + row] * value, 0));
-    const box = plot.querySelector(".gl-container")?.getBoundingClientRect() ?? plot.getBoundingClientRect();
-    const { x, y } = plot._fullLayout.scene.domain;
-    const [width, height] = [box.width * (x[1] - x[0]), box.height * (y[1] - y[0])];
+    const { w: width, h: height } = plot._fullLayout._size;
     let sum = 0;
     for (let k = 0; k < 3; k++) {
       const unit = [0, 0, 0, 0];

@@ -1,7 +1,7 @@
 # The report: tables and figures of the paper, ours beside the paper's, and what goes beyond.
 from types import SimpleNamespace
 
-from _report_contents import FIGURES, TABLES, figure_names
+from _report_contents import ANSWER, FIGURES, TABLES, figure_names, marked
 
 REPORTED = [
     *("soil", "design", "repose", "shear", "strength", "screening", "acceleration"),
@@ -20,19 +20,6 @@ def simulated_in_all(experiment, file):
         return list(dict.fromkeys(path for stage in stages for path in simulated(experiment, file)(stage)))
 
     return paths
-
-
-def reported(folder, suffix, entries):
-    """Files of the report that `snakemake --report` shows too, with caption, section and title."""
-    return [
-        report(
-            f"{RESULTS}/{folder}/{name}.{suffix}",
-            caption=f"../report/captions/{name}.rst",
-            category=section,
-            labels={"shows": title},
-        )
-        for name, (section, title) in entries.items()
-    ]
 
 
 rule record_lift:
@@ -94,17 +81,16 @@ rule report:
             )
         ],
     output:
-        html=report(
-            f"{RESULTS}/report.html",
-            caption="../report/captions/report.rst",
-            category="The answer",
-            labels={"shows": "Report"},
-        ),
-        figures=reported(
-            "figures", "svg", {name: FIGURES[name] for name in figure_names(config)}
-        ),
+        html=marked(f"{RESULTS}/report.html", ANSWER, "The whole report"),
+        figures=[
+            marked(f"{RESULTS}/figures/{name}.svg", *FIGURES[name])
+            for name in figure_names(config)
+        ],
         data=[f"{RESULTS}/figures/{name}.csv" for name in figure_names(config)],
-        tables=reported("tables", "csv", TABLES),
+        tables=[
+            marked(f"{RESULTS}/tables/{name}.csv", *entry)
+            for name, entry in TABLES.items()
+        ],
     log:
         f"{LOGS}/report.log",
     params:

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from snakemake.io import report
+
 CAPTIONS = Path(__file__).resolve().parents[1] / "report" / "captions"
 
 ANSWER, SOILS, SCREENING, SURROGATES = "The answer", "1. Real soils", "2. Screening", "3. Virtual tests and surrogates"
@@ -55,3 +57,8 @@ def figure_names(config: dict) -> list[str]:
 def caption(name: str) -> str:
     """The caption of a figure or table, on one line."""
     return " ".join((CAPTIONS / f"{name}.rst").read_text(encoding="utf-8").split())
+
+
+def marked(path: str, section: str, title: str):
+    """A file of the report that `snakemake --report` shows too, with its caption, under its section and title."""
+    return report(path, caption=str(CAPTIONS / f"{Path(path).stem}.rst"), category=section, labels={"shows": title})
