@@ -1,7 +1,6 @@
 """What several of these tests share."""
 
 import pytest
-
 from campaign import copy_project, snakemake
 
 

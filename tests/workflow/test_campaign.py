@@ -8,9 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from campaign import ROOT, copy_project, snakemake
 
 from calibration.surrogate import RESPONSES
-from campaign import ROOT, copy_project, snakemake
+
 
 def planned(project: Path) -> dict[str, int]:
     """Rule -> number of jobs that a dry run wants to run."""

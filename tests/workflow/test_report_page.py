@@ -119,11 +119,7 @@ def coloured(pixels: np.ndarray) -> int:
 
 @pytest.mark.parametrize("view", VIEWS)
 def test_every_view_draws(desk, view):
-    picture = still(plot(desk, view))
-    assert coloured(picture) > 1000
-    bare = SimpleNamespace(page=desk.page).page.evaluate("view => document.querySelectorAll(`figure[data-view=${view}] .plot canvas, "
-                                                         "figure[data-view=${view}] .plot svg`).length", view)  # fmt: skip
-    assert bare > 0
+    assert coloured(still(plot(desk, view))) > 1000
 
 
 @pytest.mark.parametrize("view", VIEWS)
@@ -261,8 +257,12 @@ def test_without_scripts_every_figure_is_a_picture(opened):
 
 def test_without_webgl_the_flat_views_draw_and_the_others_stay_pictures(browser, finished):
     context = browser.new_context(viewport=DESK)
-    context.add_init_script("HTMLCanvasElement.prototype.getContext = new Proxy(HTMLCanvasElement.prototype.getContext, "
-                            "{ apply: (get, canvas, [kind, ...more]) => kind.startsWith('webgl') ? null : get.call(canvas, kind, ...more) })")  # fmt: skip
+    context.add_init_script("""
+        const get = HTMLCanvasElement.prototype.getContext;
+        HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+            return kind.startsWith("webgl") ? null : get.call(this, kind, ...more);
+        };
+    """)
     page = context.new_page()
     page.goto((finished / "results" / "smoke" / "report.html").as_uri())
     report = SimpleNamespace(page=page)

@@ -36,7 +36,8 @@ def unpacked(header):
     steps[0] = np.cumsum(steps[0]) % 65536
     places = np.array(header["low_mm"]) + header["step_mm"] * np.array(steps).T
     scalars = {
-        name: low + (high - low) * planes[6 + k] / header["levels"] for k, (name, (low, high)) in enumerate(header["scalars"].items())
+        name: low + (high - low) * planes[6 + k] / header["levels"]
+        for k, (name, (low, high)) in enumerate(header["scalars"].items())
     }
     return places, scalars
 

@@ -17,7 +17,11 @@ def simulated_in_all(experiment, file):
 
     def paths(wildcards):
         stages = [SimpleNamespace(stage=stage) for stage in ("", *LATER_STAGES)]
-        return list(dict.fromkeys(path for stage in stages for path in simulated(experiment, file)(stage)))
+        return list(
+            dict.fromkeys(
+                path for stage in stages for path in simulated(experiment, file)(stage)
+            )
+        )
 
     return paths
 
@@ -29,18 +33,20 @@ rule record_lift:
         lift=f"{RESULTS}/lift.parquet",
     log:
         f"{LOGS}/record_lift.log",
+    resources:
+        runtime=lambda wildcards, attempt: runtime_min(
+            base_simulation(config, SIMULATIONS, "repose"),
+            experiment_settings(
+                config, base_simulation(config, SIMULATIONS, "repose")
+            ),
+            attempt,
+        ),
     params:
         row=base_simulation(config, SIMULATIONS, "repose"),
         settings=experiment_settings(
             config, base_simulation(config, SIMULATIONS, "repose")
         ),
         engine=ENGINE,
-    resources:
-        runtime=lambda wildcards, attempt: runtime_min(
-            base_simulation(config, SIMULATIONS, "repose"),
-            experiment_settings(config, base_simulation(config, SIMULATIONS, "repose")),
-            attempt,
-        ),
     message:
         "Simulate the base point's heap once more and keep moments of the lift."
     script:
@@ -76,7 +82,13 @@ rule report:
         code=[
             f"workflow/scripts/{name}.py"
             for name in (
-                *("_figures", "_pack", "_report", "_report_calibration", "_report_contents"),
+                *(
+                    "_figures",
+                    "_pack",
+                    "_report",
+                    "_report_calibration",
+                    "_report_contents",
+                ),
                 *("_report_figures", "_report_text", "_stored", "_views"),
             )
         ],

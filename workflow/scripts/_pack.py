@@ -42,7 +42,8 @@ def packed_grains(grains: pd.DataFrame, scalars: dict[str, np.ndarray]) -> dict:
     """Grains for the 3D view: a header, and packed bytes.
 
     The bytes are planes of one byte per grain, the grains in the order of x: low and high byte of the steps of x from the grain
-    before, of y and of z from the lowest; then each scalar in LEVELS steps between its bounds. Radii are a scalar where they differ.
+    before, of y and of z from the lowest; then each scalar in LEVELS steps between its bounds. Radii are a
+    scalar where they differ.
     """
     radii = grains["radius_m"].to_numpy()
     places = grains[["x_m", "y_m", "z_m"]].to_numpy()

@@ -1,4 +1,4 @@
-"""Figures and tables of the report: name -> (section of the method, title). Their captions are workflow/report/captions/<name>.rst."""
+"""Figures and tables of the report: name -> (section of the method, title). Captions: workflow/report/captions/<name>.rst."""
 
 from pathlib import Path
 

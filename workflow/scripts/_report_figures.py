@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
@@ -49,7 +48,9 @@ def experiment_figures(config: dict, tables, states: dict, histories: dict, fram
             frames.groupby("frame", as_index=False)[["time_s", "tube_bottom_m"]].first(),
             f"Four moments of the lift at {couple}: grains in the tube, flowing out under its rim, and at rest as a heap",
         ),
-        "heap": Item(_figures.heap(*heap, angle), moments(*heap), f"Grains in the tube and heap of {angle:.1f} degrees at {couple}"),
+        "heap": Item(
+            _figures.heap(*heap, angle), moments(*heap), f"Grains in the tube and heap of {angle:.1f} degrees at {couple}"
+        ),
         "shear_box": Item(
             _figures.shear_box(*slice_),
             moments(*slice_),
