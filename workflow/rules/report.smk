@@ -1,6 +1,4 @@
 # The report: tables and figures of the paper, ours beside the paper's, and what goes beyond.
-from types import SimpleNamespace
-
 from _report_contents import ANSWER, FIGURES, TABLES, figure_names, marked
 
 REPORTED = [
@@ -8,22 +6,10 @@ REPORTED = [
     *("reachability", "calibration", "iterations", "minima", "posterior"),
     *("equivalents", "identifiability", "verification", "sensitivity", "coverage"),
 ]
-# where the tables of what was simulated after the campaign lie
-LATER_STAGES = [*(f"/rounds/{k}" for k in range(1, ROUNDS + 1)), "/verification"]
 
 
-def simulated_in_all(experiment, file):
-    """Input function: a file of every simulation of one experiment in all stages."""
-
-    def paths(wildcards):
-        stages = [SimpleNamespace(stage=stage) for stage in ("", *LATER_STAGES)]
-        return list(
-            dict.fromkeys(
-                path for stage in stages for path in simulated(experiment, file)(stage)
-            )
-        )
-
-    return paths
+# the heap whose lift is recorded: design row and settings
+LIFT = base_settings("repose")
 
 
 rule record_lift:
@@ -34,18 +20,11 @@ rule record_lift:
     log:
         f"{LOGS}/record_lift.log",
     resources:
-        runtime=lambda wildcards, attempt: runtime_min(
-            base_simulation(config, SIMULATIONS, "repose"),
-            experiment_settings(
-                config, base_simulation(config, SIMULATIONS, "repose")
-            ),
-            attempt,
-        ),
+        runtime=lambda wildcards, attempt: runtime_min(*LIFT, attempt),
+        mem_mb=lambda wildcards, attempt: memory_mb(*LIFT, attempt),
     params:
-        row=base_simulation(config, SIMULATIONS, "repose"),
-        settings=experiment_settings(
-            config, base_simulation(config, SIMULATIONS, "repose")
-        ),
+        row=LIFT[0],
+        settings=LIFT[1],
         engine=ENGINE,
     message:
         "Simulate the base point's heap once more and keep moments of the lift."
