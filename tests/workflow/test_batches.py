@@ -110,7 +110,13 @@ def heap(name, status="static"):
     rng = np.random.default_rng(int(name, 16))
     z = rng.uniform(0.0, 10e-3, 3000)
     angle, radius = rng.uniform(0.0, 2.0 * np.pi, 3000), np.sqrt(rng.random(3000)) * 2.0 * (10e-3 - z)
-    columns = {"x_m": radius * np.cos(angle), "y_m": radius * np.sin(angle), "z_m": z, "radius_m": np.full(3000, 2e-4)}
+    columns = {
+        "x_m": radius * np.cos(angle),
+        "y_m": radius * np.sin(angle),
+        "z_m": z,
+        "radius_m": np.full(3000, 2e-4),
+        "speed_m_s": np.zeros(3000),
+    }
     grains = empty_grains() if status == "failed" else _simulate.of_simulation(name, columns)
     run = {
         "simulation_id": name, "status": status, "reason": "blew up" if status == "failed" else "", "n_particles": 3000,

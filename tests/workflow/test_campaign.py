@@ -1,36 +1,17 @@
 """The whole workflow, end to end, on the smoke study, and what is run again after each kind of change."""
 
-import os
 import re
 import resource
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from campaign import ROOT, copy_project, snakemake
 
 from calibration.surrogate import RESPONSES
-
-ROOT = Path(__file__).parents[2]
-SNAKEMAKE = [sys.executable, "-m", "snakemake", "--configfile", "config/smoke.yaml"]
-
-
-def copy_project(target: Path) -> Path:
-    """A copy of what the workflow needs, so that tests may edit it."""
-    for name in ("config", "workflow", "src", "profiles"):
-        shutil.copytree(ROOT / name, target / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
-    shutil.copy(ROOT / "Snakefile", target)
-    return target
-
-
-def snakemake(project: Path, *arguments: str) -> subprocess.CompletedProcess:
-    """Run snakemake in a project with the project's own sources."""
-    environment = os.environ | {"PYTHONPATH": str(project / "src")}
-    return subprocess.run([*SNAKEMAKE, *arguments], cwd=project, env=environment, capture_output=True, text=True, check=False)
 
 
 def planned(project: Path) -> dict[str, int]:
@@ -42,15 +23,6 @@ def planned(project: Path) -> dict[str, int]:
         return {}
     table = text.split("Job stats:")[1].split("total")[0]
     return {name: int(count) for name, count in re.findall(r"^(\w+)\s+(\d+)$", table, flags=re.MULTILINE)}
-
-
-@pytest.fixture(scope="session")
-def finished(tmp_path_factory):
-    """A finished smoke campaign."""
-    project = copy_project(tmp_path_factory.mktemp("campaign"))
-    result = snakemake(project, "-c2", "all")
-    assert result.returncode == 0, result.stdout[-5000:] + result.stderr[-5000:]
-    return project
 
 
 @pytest.fixture

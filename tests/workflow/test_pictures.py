@@ -12,7 +12,7 @@ from PIL import Image
 import _animation
 import animate
 import grains_vtu
-from _report import base_point
+from _report_figures import base_point
 from _simulate import empty_grains, grain_table
 from _study import ROOT, base_simulation, experiment_settings, simulations
 from _tables import TableError, write_table

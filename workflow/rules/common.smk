@@ -1,5 +1,6 @@
 # What every rule file uses: the checked configuration, the design, batches of simulations, fingerprints of the code.
 import sys
+from types import SimpleNamespace
 
 from snakemake.exceptions import WorkflowError
 
@@ -39,6 +40,8 @@ LOGS = f"logs/{config['study']}"
 SIMULATIONS = simulations(config)
 ROUNDS = config["refine"]["rounds"]
 LAST = f"{RESULTS}/rounds/{ROUNDS}"
+# where the tables of what was simulated after the campaign lie, below the results
+LATER_STAGES = [*(f"/rounds/{k}" for k in range(1, ROUNDS + 1)), "/verification"]
 
 # Snakemake watches a rule's script, not the packages it imports; these close the gap. Comments and layout do not count.
 ENGINE = fingerprint("src/dem", without="src/dem/measure")
@@ -167,6 +170,24 @@ def simulated(experiment, file):
         return [f"{RESULTS}/sims/{experiment}/{name}/{file}" for name in names]
 
     return paths
+
+
+def simulated_in_all(experiment, file):
+    """Input function: a file of every simulation of one experiment in all stages."""
+
+    def paths(wildcards):
+        stages = [SimpleNamespace(stage=stage) for stage in ("", *LATER_STAGES)]
+        files = simulated(experiment, file)
+        return list(dict.fromkeys(path for stage in stages for path in files(stage)))
+
+    return paths
+
+
+def base_settings(experiment):
+    """Design row of an experiment at the base point, without what it is for, and its settings."""
+    row = base_simulation(config, SIMULATIONS, experiment)
+    settings = experiment_settings(config, row)
+    return {key: value for key, value in row.items() if key != "purposes"}, settings
 
 
 def known_tables(name):

@@ -1,4 +1,5 @@
 # The report: tables and figures of the paper, ours beside the paper's, and what goes beyond.
+from _report_contents import ANSWER, FIGURES, TABLES, figure_names, marked
 
 REPORTED = [
     *("soil", "design", "repose", "shear", "strength", "screening", "acceleration"),
@@ -7,20 +8,80 @@ REPORTED = [
 ]
 
 
+# the heap whose lift is recorded: design row and settings
+LIFT = base_settings("repose")
+
+
+rule record_lift:
+    input:
+        kernels=f"{RESULTS}/kernels.txt",
+    output:
+        lift=f"{RESULTS}/lift.parquet",
+    log:
+        f"{LOGS}/record_lift.log",
+    resources:
+        runtime=lambda wildcards, attempt: runtime_min([LIFT], attempt),
+        mem_mb=lambda wildcards, attempt: memory_mb([LIFT], attempt),
+    params:
+        row=LIFT[0],
+        settings=LIFT[1],
+        engine=ENGINE,
+    message:
+        "Simulate the base point's heap once more and keep moments of the lift."
+    script:
+        "../scripts/record_lift.py"
+
+
 rule report:
     input:
         tables=[f"{RESULTS}/{name}.parquet" for name in REPORTED],
+        later_repose=[f"{RESULTS}{stage}/repose.parquet" for stage in LATER_STAGES],
+        later_shear=[f"{RESULTS}{stage}/shear.parquet" for stage in LATER_STAGES],
+        later_strength=[f"{RESULTS}{stage}/strength.parquet" for stage in LATER_STAGES],
+        heaps=simulated_in_all("repose", "grains.parquet"),
+        filled=simulated_in_all("repose", "filled.parquet"),
+        before=simulated_in_all("shear", "grains_before.parquet"),
+        after=simulated_in_all("shear", "grains_after.parquet"),
+        histories=simulated_in_all("shear", "history.parquet"),
+        lift=f"{RESULTS}/lift.parquet",
         residuals=f"{LAST}/residuals.parquet",
         surrogates=f"{LAST}/surrogates.json",
         rounds=[
             f"{RESULTS}/rounds/{k}/comparison.parquet" for k in range(1, ROUNDS + 1)
         ],
         twins=[f"{RESULTS}/twins.parquet"] if config["twins"] else [],
-        template="workflow/report/template.html.j2",
-        figures="workflow/scripts/_figures.py",
-        builder="workflow/scripts/_report.py",
+        page=[
+            f"workflow/report/{name}"
+            for name in ("template.html.j2", "report.css", "views.js")
+        ],
+        captions=[
+            f"workflow/report/captions/{name}.rst"
+            for name in (*figure_names(config), *TABLES)
+        ],
+        code=[
+            f"workflow/scripts/{name}.py"
+            for name in (
+                *(
+                    "_figures",
+                    "_pack",
+                    "_report",
+                    "_report_calibration",
+                    "_report_contents",
+                ),
+                *("_report_figures", "_report_text", "_stored", "_views"),
+            )
+        ],
     output:
-        html=f"{RESULTS}/report.html",
+        html=marked(f"{RESULTS}/report.html", ANSWER, "The whole report"),
+        figures=[
+            marked(f"{RESULTS}/figures/{name}.svg", *FIGURES[name])
+            for name in figure_names(config)
+        ],
+        data=[f"{RESULTS}/figures/{name}.csv" for name in figure_names(config)],
+        tables=[
+            marked(f"{RESULTS}/tables/{name}.csv", *entry)
+            for name, entry in TABLES.items()
+        ],
     log:
         f"{LOGS}/report.log",
     params:

@@ -55,10 +55,11 @@ class Film:
             numbers = last.numbers[still_there(last.grains, grains, time_s - last.time_s)]
         self.frames.append(Frame(time_s, grains, numbers, {name: simulation.wall(name) for name in simulation.wall_names}))
 
-    def shown(self) -> list[Frame]:
-        """At most N_FRAMES frames, evenly over the time, the first and the last among them."""
+    def shown(self, n_frames: int | None = None) -> list[Frame]:
+        """At most so many frames (N_FRAMES), evenly over the time, the first and the last among them."""
         times = np.array([frame.time_s for frame in self.frames])
-        chosen = np.unique(np.abs(times - np.linspace(times[0], times[-1], N_FRAMES)[:, None]).argmin(axis=1))
+        wanted = np.linspace(times[0], times[-1], n_frames or N_FRAMES)
+        chosen = np.unique(np.abs(times - wanted[:, None]).argmin(axis=1))
         return [self.frames[k] for k in chosen]
 
 

@@ -1,5 +1,7 @@
 """The paper's figures from our tables: each function takes tables and returns a matplotlib figure."""
 
+import io
+
 import matplotlib as mpl
 
 mpl.use("Agg")
@@ -26,6 +28,14 @@ LABELS = {
 }
 
 
+def svg(figure: Figure) -> str:
+    """A figure as SVG; the same figure gives the same text."""
+    buffer = io.StringIO()
+    with mpl.rc_context({"svg.hashsalt": "virtual-soil"}):
+        figure.savefig(buffer, format="svg", dpi=200, metadata={"Date": None})
+    return buffer.getvalue()
+
+
 def canvas(columns: int = 1, width: float = 8.0, height: float = 4.2):
     """A figure with axes side by side."""
     figure = Figure(figsize=(width, height), layout="constrained")
@@ -48,6 +58,7 @@ def draw_grains(axes, grains: pd.DataFrame, colour, **settings) -> None:
         edgecolors="black",
         linewidths=0.15,
         cmap="viridis",
+        rasterized=True,
         **settings,
     )
     axes.add_collection(circles)
@@ -70,6 +81,23 @@ def heap(filled: pd.DataFrame, grains: pd.DataFrame, angle_deg: float) -> Figure
         foot = top / np.tan(np.radians(angle_deg))
         right.plot([0, foot], [top, 0], color=COLOURS[1], linewidth=2, label=f"{angle_deg:.1f}°")
         right.legend(loc="upper right")
+    return figure
+
+
+def lift(frames: pd.DataFrame) -> Figure:
+    """Figure 2 in four moments of the lift, cut through the middle; grains keep the colour of the height at which they began."""
+    figure, panels = canvas(4, width=11.0, height=3.4)
+    numbers = np.unique(frames["frame"])
+    start = frames[frames["frame"] == 0].set_index("grain")["z_m"]
+    halves = frames[frames["y_m"] > 0.0]
+    for axes, number in zip(panels, numbers[np.linspace(0, len(numbers) - 1, len(panels)).astype(int)], strict=True):
+        frame = halves[halves["frame"] == number]
+        draw_grains(axes, frame, start.loc[frame["grain"]], clim=(0.0, start.max()))
+        moment = frames[frames["frame"] == number].iloc[0]
+        for side in (-1e3, 1e3):
+            axes.plot([side * moment["tube_radius_m"]] * 2, [1e3 * moment["tube_bottom_m"], 1e3 * start.max()], color="black")
+        axes.set(xlim=1e3 * np.array([frames["x_m"].min(), frames["x_m"].max()]), ylim=(0.0, 1.05e3 * start.max()))
+        axes.set_title(f"{moment['time_s']:.3f} s")
     return figure
 
 
@@ -96,26 +124,32 @@ def shear_curves(histories: dict[float, pd.DataFrame]) -> Figure:
     return figure
 
 
-def strength_lines(shear: pd.DataFrame, strength: pd.Series, columns: tuple[str, str]) -> Figure:
-    """Shear strengths of one point against normal stress, with its Mohr-Coulomb line."""
+def strength_lines(shear: pd.DataFrame, strength: pd.Series | None, columns: tuple[str, str]) -> Figure:
+    """Shear strengths of one point against normal stress, with its Mohr-Coulomb line if it has one."""
     figure, (axes,) = canvas()
     tau, p = columns
     axes.plot(shear[p], shear[tau], "o", color=COLOURS[0], label="simulated, each seed")
-    stresses = np.linspace(0.0, 1.05 * shear[p].max(), 50)
-    line = strength["cohesion_pa"] + stresses * np.tan(np.radians(strength["friction_angle_deg"]))
-    label = (
-        f"c = {strength['cohesion_pa']:.0f} ± {strength['cohesion_se_pa']:.0f} Pa, "
-        f"φ = {strength['friction_angle_deg']:.1f} ± {strength['friction_angle_se_deg']:.1f}°"
-    )
-    axes.plot(stresses, line, color=COLOURS[1], label=label)
+    if strength is not None:
+        stresses = np.linspace(0.0, 1.05 * shear[p].max(), 50)
+        line = strength["cohesion_pa"] + stresses * np.tan(np.radians(strength["friction_angle_deg"]))
+        label = (
+            f"c = {strength['cohesion_pa']:.0f} ± {strength['cohesion_se_pa']:.0f} Pa, "
+            f"φ = {strength['friction_angle_deg']:.1f} ± {strength['friction_angle_se_deg']:.1f}°"
+        )
+        axes.plot(stresses, line, color=COLOURS[1], label=label)
     axes.set_xlabel("normal stress on the shear plane (Pa)")
     axes.set_ylabel("shear strength (Pa)")
     axes.legend()
     return figure
 
 
-def response_lines(points: pd.DataFrame, column: str, surrogate, polynomial, radius_m: float, error: str | None = None) -> Figure:
-    """Figure 5 and its kin: a response over mu_s, one colour per mu_r; points simulated, lines fitted, dotted the polynomial."""
+def response_lines(
+    points: pd.DataFrame, column: str, surrogate, polynomial, radius_m: float, error: str | None = None, printed=None
+) -> Figure:
+    """Figure 5 and its kin: a response over mu_s, one colour per mu_r.
+
+    Points simulated, lines fitted, dotted the polynomial, dashed the one that the paper prints, if it is given.
+    """
     figure, (axes,) = canvas()
     s = np.linspace(points["static_friction"].min(), points["static_friction"].max(), 80)
     for k, (rolling, group) in enumerate(points.groupby("rolling_friction")):
@@ -128,9 +162,28 @@ def response_lines(points: pd.DataFrame, column: str, surrogate, polynomial, rad
         axes.plot(s, mean, color=colour, linewidth=1.2)
         axes.fill_between(s, mean - spread, mean + spread, color=colour, alpha=0.15, linewidth=0)
         axes.plot(s, polynomial.predict(values), ":", color=colour, linewidth=1)
+        if printed is not None:
+            axes.plot(s, printed.predict(values), "--", color=colour, linewidth=0.8)
     axes.set_xlabel(LABELS["static_friction"])
     axes.set_ylabel(LABELS[column])
     axes.legend(fontsize="small", ncols=2)
+    return figure
+
+
+def surfaces(points: dict[str, pd.DataFrame], surrogates: dict, radius_m: float) -> Figure:
+    """Every response's surface over the friction plane at one radius, with the simulated points."""
+    figure = Figure(figsize=(11, 4.2))
+    figure.subplots_adjust(left=0.0, right=0.94, bottom=0.06, top=0.98, wspace=0.1)
+    panels = np.atleast_1d(figure.subplots(1, len(points), subplot_kw={"projection": "3d"}))
+    for axes, (response, table) in zip(panels, points.items(), strict=True):
+        column, surrogate = next(name for name in LABELS if name.startswith(response)), surrogates[response]
+        grids = (np.linspace(*surrogate.ranges[name], 25) for name in ("static_friction", "rolling_friction"))
+        s, r = np.meshgrid(*grids)
+        field = surrogate.predict({"static_friction": s, "rolling_friction": r, "radius_m": np.full_like(s, radius_m)})
+        axes.plot_surface(s, r, field, cmap="viridis", alpha=0.7, linewidth=0)
+        axes.scatter(table["static_friction"], table["rolling_friction"], table[column], color="black", s=8, depthshade=False)
+        axes.set(xlabel=LABELS["static_friction"], ylabel=LABELS["rolling_friction"], zlabel=LABELS[column])
+        axes.view_init(25, -130)
     return figure
 
 

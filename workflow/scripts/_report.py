@@ -1,20 +1,28 @@
 """The report: reads the tables of a finished study and fills the page's template."""
 
 import base64
-import io
+import json
+from dataclasses import dataclass
 from pathlib import Path
 
 import jinja2
 import numpy as np
 import pandas as pd
+import plotly
 import yaml
+from plotly.offline import get_plotlyjs
 
 import _figures
+import _pack
 import _report_calibration as calibrated
+import _report_figures as drawn
+import _views
+from _report_contents import FIGURES, TABLES, caption, has_friction_grid
 from _report_text import number, with_error
-from _tables import folder_of, read_provenance, read_simulation, read_table
+from _stored import stored
+from _study import experiment_settings
+from _tables import read_provenance, read_table
 from calibration import from_json, paper, published
-from calibration.mohr_coulomb import COLUMNS
 from calibration.surrogate import RESPONSES
 
 TEMPLATES = Path(__file__).resolve().parents[1] / "report"
@@ -34,60 +42,156 @@ ASSUMPTIONS = (
 )
 
 
-def embedded(figure, alt: str, caption: str) -> dict:
-    """A figure as base64 PNG with its texts."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=130)
-    return {"data": base64.b64encode(buffer.getvalue()).decode(), "alt": alt, "caption": caption}
+@dataclass(frozen=True)
+class Study:
+    """All that the report reads: tables by name, surrogates, stored grains and curves of every simulation."""
+
+    config: dict
+    tables: dict[str, pd.DataFrame]
+    every: dict[str, pd.DataFrame]  # repose, shear and strength of the campaign, the rounds and the verification
+    models: dict[str, dict]
+    rounds: list[pd.DataFrame]
+    residuals: pd.DataFrame
+    twins: pd.DataFrame | None
+    states: dict[str, tuple[pd.DataFrame, pd.DataFrame]]
+    histories: dict[str, pd.DataFrame]
+    frames: pd.DataFrame
+    engine: str
 
 
-def build(files, config: dict, versions: dict) -> str:
-    """HTML of the report on a finished study; files: the rule's input (tables, residuals, surrogates, rounds, twins)."""
+@dataclass(frozen=True)
+class Report:
+    """The page, and what stands in it as files of their own: SVG of each figure, the table behind it, each table."""
+
+    html: str
+    figures: dict[str, str]
+    data: dict[str, pd.DataFrame]
+    tables: dict[str, pd.DataFrame]
+
+
+def read_study(files, config: dict) -> Study:
+    """Read the rule's input."""
     tables = {Path(path).stem: read_table(path, Path(path).stem) for path in files.tables}
-    results = Path(files.tables[0]).parent
     text = Path(files.surrogates).read_text(encoding="utf-8")
-    models = {kind: from_json(text, kind) for kind in ("chosen", "quadratic", "gaussian_process")}
-    chosen, polynomials = models.pop("chosen"), models["quadratic"]
-    rounds = [read_table(path, "verification") for path in files.rounds]
-    twins = read_table(files.twins[0], "twins") if files.twins else None
-    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(TEMPLATES), autoescape=True, trim_blocks=True)
-    return environment.get_template("template.html.j2").render(
-        study=config["study"],
-        cost=cost_sentence(tables),
-        answer=calibrated.answer_table(tables["calibration"]),
-        properties=calibrated.properties_table(tables["verification"]),
-        answer_remarks=calibrated.answer_remarks(tables),
-        soils=soil_table(tables["soil"]),
-        reachability=calibrated.reachability_table(tables["reachability"]),
-        reach_remarks=calibrated.reach_remarks(tables["reachability"]),
-        screening=screening_table(tables["screening"]),
-        screening_remarks=screening_remarks(tables["screening"], config),
-        equation=equation_table(polynomials),
-        quality=calibrated.quality_table(models),
-        fit_remarks=calibrated.fit_remarks(tables, chosen),
-        sensitivity=calibrated.sensitivity_table(tables["sensitivity"]),
-        optimisation=optimisation_table(tables["calibration"]),
-        minima=calibrated.minima_table(tables["minima"]),
-        identifiability=calibrated.identifiability_table(tables["identifiability"]),
-        verification=calibrated.verification_table(tables["verification"]),
-        gaps=calibrated.gap_table(rounds, tables["verification"]) if rounds else None,
-        coverage=calibrated.coverage_sentence(tables["coverage"]),
-        twins=calibrated.twin_table(twins),
-        acceleration=acceleration_table(tables["acceleration"]),
-        acceleration_remarks=acceleration_remarks(tables["acceleration"]),
-        failed=failed_table(tables),
-        figures=all_figures(results, config, tables, chosen, polynomials, read_table(files.residuals, "residuals")),
-        assumptions=ASSUMPTIONS,
-        versions=versions,
-        engine=engine_of(results, tables),
-        configuration=yaml.safe_dump(config, sort_keys=False),
+    heaps, boxes = (stored(paths, "grains") for paths in (files.heaps, files.after))
+    before = stored([*files.filled, *files.before], "grains")
+    later = {"repose": files.later_repose, "shear": files.later_shear, "strength": files.later_strength}
+    return Study(
+        config=config,
+        tables=tables,
+        every={name: pd.concat([tables[name], *(read_table(path, name) for path in paths)]) for name, paths in later.items()},
+        models={kind: from_json(text, kind) for kind in ("chosen", "quadratic", "gaussian_process")},
+        rounds=[read_table(path, "verification") for path in files.rounds],
+        residuals=read_table(files.residuals, "residuals"),
+        twins=read_table(files.twins[0], "twins") if files.twins else None,
+        states={name: (before[name], after) for name, after in (heaps | boxes).items()},
+        histories=stored(files.histories, "shear_history"),
+        frames=read_table(files.lift, "lift"),
+        engine=read_provenance(files.heaps[0]).get("engine", "unknown"),
     )
 
 
-def engine_of(results: Path, tables) -> str:
-    """Fingerprint of the engine that made the first heap."""
-    first = tables["repose"]["simulation_id"].iloc[0]
-    return read_provenance(str(folder_of(results / "sims" / "repose", first) / "run.parquet")).get("engine", "unknown")
+def build(study: Study, versions: dict) -> Report:
+    """The report on a finished study."""
+    items, tables = figures_of(study), tables_of(study)
+    figures = {name: _figures.svg(item.figure) for name, item in items.items()}
+    data = {name: item.data for name, item in items.items()}
+    views, grains, grains_note = views_of(study)
+    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(TEMPLATES), autoescape=True, trim_blocks=True)
+    html = environment.get_template("template.html.j2").render(
+        study=study.config["study"],
+        cost=cost_sentence(study.every),
+        cards=calibrated.answer_cards(study.tables["calibration"]),
+        answer_remarks=calibrated.answer_remarks(study.tables),
+        reach_remarks=calibrated.reach_remarks(study.tables["reachability"]),
+        screening_remarks=screening_remarks(study.tables["screening"], study.config),
+        fit_remarks=calibrated.fit_remarks(study.tables, study.models["chosen"]),
+        gaps=calibrated.gap_table(study.rounds, study.tables["verification"]) if study.rounds else None,
+        coverage=calibrated.coverage_sentence(study.tables["coverage"]),
+        twins=calibrated.twin_table(study.twins),
+        acceleration_remarks=acceleration_remarks(study.tables["acceleration"]),
+        failed=failed_table(study.every),
+        tables={name: {"frame": frame, "caption": caption(name)} for name, frame in tables.items()},
+        figures={
+            name: {
+                "title": FIGURES[name][1],
+                "caption": caption(name),
+                "alt": items[name].alt,
+                "image": base64.b64encode(text.encode()).decode(),
+            }
+            for name, text in figures.items()
+        },
+        grains_note=grains_note,
+        assumptions=ASSUMPTIONS,
+        versions={**versions, "plotly": plotly.__version__},
+        engine=study.engine,
+        configuration=yaml.safe_dump(study.config, sort_keys=False),
+        plotly=_pack.packed_bytes(get_plotlyjs().encode()),
+        views=_pack.packed_json(views),
+        grains=embedded_json(grains),
+        csv=embedded_json({name: _pack.packed_bytes(csv(table).encode()) for name, table in data.items()}),
+    )
+    return Report(html, figures, data, tables)
+
+
+def csv(table: pd.DataFrame) -> str:
+    """A table as CSV."""
+    return table.to_csv(index=False, float_format="%.6g", lineterminator="\n")
+
+
+def embedded_json(value) -> str:
+    """JSON that may stand in a script element."""
+    return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def figures_of(study: Study) -> dict[str, drawn.Item]:
+    """Every figure, in the order of the report's contents."""
+    config, tables, chosen = study.config, study.tables, study.models["chosen"]
+    items = drawn.experiment_figures(config, tables, study.states, study.histories, study.frames) | drawn.iteration_figure(tables)
+    if has_friction_grid(config):
+        items |= drawn.response_figures(config, tables, chosen, study.models["quadratic"])
+        items |= drawn.inference_figures(config, tables, chosen, study.residuals)
+    return {name: items[name] for name in FIGURES if name in items}
+
+
+def tables_of(study: Study) -> dict[str, pd.DataFrame]:
+    """Every table, in the order of the report's contents."""
+    tables, models = study.tables, study.models
+    made = {
+        "answer": calibrated.answer_table(tables["calibration"]),
+        "properties": calibrated.properties_table(tables["verification"]),
+        "soils": soil_table(tables["soil"]),
+        "reachability": calibrated.reachability_table(tables["reachability"]),
+        "screening": screening_table(tables["screening"]),
+        "equation": equation_table(models["quadratic"]),
+        "quality": calibrated.quality_table({kind: models[kind] for kind in ("quadratic", "gaussian_process")}),
+        "sensitivity": calibrated.sensitivity_table(tables["sensitivity"]),
+        "optimisation": optimisation_table(tables["calibration"]),
+        "minima": calibrated.minima_table(tables["minima"]),
+        "identifiability": calibrated.identifiability_table(tables["identifiability"]),
+        "verification": calibrated.verification_table(tables["verification"]),
+        "acceleration": acceleration_table(tables["acceleration"]),
+    }
+    return {name: made[name] for name in TABLES}
+
+
+def views_of(study: Study) -> tuple[dict, dict, str]:
+    """Data of the interactive views, the grains of the 3D views, and a sentence on the simulations that these offer."""
+    config, tables = study.config, study.tables
+    columns = [name for name in study.every["repose"] if name in study.every["shear"]]
+    rows = pd.concat([study.every[name][columns] for name in ("repose", "shear")]).drop_duplicates("simulation_id")
+    rows = _views.labelled(rows, config["material"], tables["calibration"])
+    setups = {row["simulation_id"]: experiment_settings(config, row)["setup"] for _, row in rows.iterrows()}
+    periods = {name: setup["width_ratio"] * setup["scale_radius_m"] for name, setup in setups.items() if "width_ratio" in setup}
+    tests, note = _views.grain_view(rows, study.states, periods)
+    views = {"shear": _views.shear_view(rows, study.histories)}
+    if has_friction_grid(config):
+        radii = _views.shown_radii(config["design"], tables["calibration"])
+        kinds = {"ours": study.models["chosen"], "polynomial": study.models["quadratic"], "published": published()}
+        points = {response: drawn.known_points(study.every, response) for response in RESPONSES}
+        views["surfaces"] = _views.surface_view(kinds, radii, points)
+        views["iso"] = _views.iso_view(tables["calibration"], tables["posterior"], tables["equivalents"], radii)
+    return views, {"tests": tests, "lift": _views.lift_view(study.frames)}, note
 
 
 def cost_sentence(tables) -> str:
@@ -268,107 +372,3 @@ def failed_table(tables) -> pd.DataFrame | None:
     runs = pd.concat([tables["repose"], tables["shear"]])
     failed = runs.loc[runs["status"] == "failed", columns]
     return None if failed.empty else failed
-
-
-def base_point(table: pd.DataFrame, config: dict) -> pd.DataFrame:
-    """Rows of the grid point nearest to the base couple, at the base radius and campaign fidelity."""
-    grid = table[table["purposes"].str.contains("grid") & (table["fidelity"] == "campaign")]
-    distance = sum((grid[name] - config["material"][name]).abs() for name in config["design"]["grid"])
-    return grid[grid["point_id"] == grid.loc[distance.idxmin(), "point_id"]]
-
-
-def all_figures(results: Path, config: dict, tables, chosen, polynomials, residuals) -> dict:
-    """Every figure, embedded."""
-    two_dimensional = set(config["design"]["grid"]) == {"static_friction", "rolling_friction"}
-    figures = {**experiment_figures(results, config, tables)}
-    if two_dimensional:
-        figures |= response_figures(config, tables, chosen, polynomials)
-        figures["residuals"] = embedded(
-            _figures.residual_map(residuals, config["material"]["radius_m"]),
-            "Errors of both surrogates at left-out points of the friction grid",
-            "Residual maps: simulated minus predicted when the point is left out of the fit, over the friction grid at r0. "
-            "Top: the paper's polynomial; bottom: the Gaussian process.",
-        )
-        figures["iso"] = embedded(
-            _figures.iso_responses(tables["calibration"], tables["posterior"], tables["equivalents"], chosen),
-            "Curves of equal response through the targets, with the parameters that are consistent with them",
-            "Curves on which each property has its target value (bands: ± 5 %), at the optimum's radius. Dots: parameters "
-            "consistent with the targets at any radius (posterior); circles: the equivalent sets; star: the optimum.",
-        )
-    figures["iterations"] = embedded(
-        _figures.iterations(tables["iterations"]),
-        "Cost over iterations",
-        "Gauss–Newton run that led to each optimum, or that began nearest to it.",
-    )
-    return figures
-
-
-def experiment_figures(results: Path, config: dict, tables) -> dict:
-    """Pictures of one heap and one shear test, and the shear curves."""
-    heap_row, shear_rows = base_point(tables["repose"], config).iloc[0], base_point(tables["shear"], config)
-    first_seed = shear_rows[shear_rows["seed"] == shear_rows["seed"].iloc[0]]
-
-    def state(experiment, simulation, name, schema="grains"):
-        folder = folder_of(results / "sims" / experiment, simulation)
-        return read_simulation(str(folder / f"{name}.parquet"), schema, simulation)
-
-    couple = f"µs = {heap_row['static_friction']:g}, µr = {heap_row['rolling_friction']:g}"
-    heap_id, box = heap_row["simulation_id"], first_seed.iloc[-1]
-    angle = heap_row["angle_of_repose_deg"]
-    histories = {
-        row["normal_stress_pa"]: state("shear", row["simulation_id"], "history", "shear_history")
-        for _, row in first_seed.iterrows()
-    }
-    strength = tables["strength"].query("fidelity == 'campaign'").set_index("point_id")
-    figures = {
-        "heap": embedded(
-            _figures.heap(state("repose", heap_id, "filled"), state("repose", heap_id, "grains"), angle),
-            f"Grains in the tube and heap with an angle of {angle:.1f} degrees",
-            f"Figure 2: the tube is lifted and the heap comes to rest; {couple}. Colour: distance from the axis.",
-        ),
-        "shear_box": embedded(
-            _figures.shear_box(
-                state("shear", box["simulation_id"], "grains_before"), state("shear", box["simulation_id"], "grains_after")
-            ),
-            "Shear box before and after",
-            f"Figure 3: the slice before and after shearing under {box['normal_stress_pa']:g} Pa; {couple}. "
-            "Stripes show the deformation.",
-        ),
-        "shear_curves": embedded(
-            _figures.shear_curves(histories),
-            "Shear stress against displacement",
-            f"Figure 4: shear stress under several normal stresses; {couple}.",
-        ),
-    }
-    if box["point_id"] in strength.index:
-        columns = COLUMNS[config["shear"]["strength"], config["shear"]["normal_stress"]]
-        figures["strength_line"] = embedded(
-            _figures.strength_lines(shear_rows, strength.loc[box["point_id"]], columns),
-            "Mohr-Coulomb line",
-            f"Equation 1: strength against normal stress, and the fitted line; {couple}.",
-        )
-    return figures
-
-
-def response_figures(config: dict, tables, chosen, polynomials) -> dict:
-    """Responses over the friction grid and the radius sweep."""
-    figures, sweeps = {}, {}
-    for response, (column, _) in RESPONSES.items():
-        source = tables["repose"] if response == "angle_of_repose" else tables["strength"]
-        known = source[(source["fidelity"] == "campaign") & source[column].notna()]
-        error = {"cohesion": "cohesion_se_pa", "friction_angle": "friction_angle_se_deg"}.get(response)
-        grid = known[known["purposes"].str.contains("grid")]
-        name = response.replace("_", " ")
-        figures[response] = embedded(
-            _figures.response_lines(grid, column, chosen[response], polynomials[response], config["material"]["radius_m"], error),
-            f"{name} over static and rolling friction",
-            f"{'Figure 5: ' if response == 'angle_of_repose' else ''}{name} at r0; points simulated, lines the surrogate that the "
-            "optimiser uses, dotted the paper's f(µs, µr).",
-        )
-        sweeps[response] = known[known["purposes"].str.contains("sweep")]
-    figures["radius_sweep"] = embedded(
-        _figures.radius_sweep(sweeps, polynomials),
-        "Responses over the radius",
-        "Radius sweep; lines are g(r) times the couple's value at r0.",
-    )
-    return figures

@@ -23,6 +23,23 @@ def answer_table(calibration: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["case", "r (µm)", "95 %", "µs", "95 %", "µr", "95 %", "simulation"])
 
 
+def answer_cards(calibration: pd.DataFrame) -> list[dict]:
+    """Our optima as cards: case, each variable with its interval, and in words whether simulating it confirms it."""
+    cards = []
+    for _, row in calibration[calibration["surrogate"] == "ours"].iterrows():
+        values = [
+            (SYMBOLS[name], number(row[name], digits, scale) + unit, interval(row, name, digits, scale))
+            for name, digits, scale, unit in (
+                ("radius_m", 0, 1e6, " µm"), ("static_friction", 2, 1.0, ""), ("rolling_friction", 3, 1.0, ""),
+            )
+        ]  # fmt: skip
+        agrees = row["verified"] == "agrees"
+        verdict = "verified by DEM" if agrees else f"not verified by DEM: {spoken(row['verified'])}"
+        missed = ", ".join(spoken(name) for name in row["missed"].split(",")) if row["missed"] else ""
+        cards.append({"case": spoken(row["case"]), "values": values, "agrees": agrees, "verdict": verdict, "missed": missed})
+    return cards
+
+
 def properties_table(verification: pd.DataFrame) -> pd.DataFrame:
     """Of every property at the optimum the target, what the surrogates predict and what the simulations give."""
     cases, columns, names = list(dict.fromkeys(verification["case"])), [], ["case"]

@@ -102,14 +102,15 @@ def provenance(members: list, engine: str) -> dict:
 
 
 def grain_table(grains, simulation: str = "") -> dict[str, np.ndarray]:
-    """Of which simulation they are, positions and radii of grains as columns."""
+    """Of which simulation they are, positions, radii and speeds of grains as columns."""
     x, y, z = grains.positions_m.reshape(-1, 3).T
-    return of_simulation(simulation, {"x_m": x, "y_m": y, "z_m": z, "radius_m": grains.radii_m})
+    speeds = np.linalg.norm(grains.velocities_m_s.reshape(-1, 3), axis=1)
+    return of_simulation(simulation, {"x_m": x, "y_m": y, "z_m": z, "radius_m": grains.radii_m, "speed_m_s": speeds})
 
 
 def empty_grains() -> dict[str, np.ndarray]:
     """The grain table of a failed simulation."""
-    return empty_columns(("x_m", "y_m", "z_m", "radius_m"))
+    return empty_columns(("x_m", "y_m", "z_m", "radius_m", "speed_m_s"))
 
 
 def of_simulation(simulation: str, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

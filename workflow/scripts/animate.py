@@ -6,12 +6,18 @@ from _simulate import engine_of, soil_of
 from dem.experiments import angle_of_repose, direct_shear
 
 
-def animate_repose(row, settings, path):
-    """The tube is lifted off the heap; a cut through the middle, grains coloured by the layer in which they began."""
+def film_lift(row, settings):
+    """The angle-of-repose test's setup, and the film of its lift."""
     film = _animation.Film("lift")
     numerics = engine_of(settings, settings["softening"]["repose_stiffness_reduction"])
     setup = angle_of_repose.Setup(**settings["setup"])
     angle_of_repose.run(soil_of(row), setup, numerics, row["seed"], each=film)
+    return setup, film
+
+
+def animate_repose(row, settings, path):
+    """The tube is lifted off the heap; a cut through the middle, grains coloured by the layer in which they began."""
+    setup, film = film_lift(row, settings)
 
     def title(frame):
         lifted_m = frame.walls["tube"].bottom_m

@@ -3,9 +3,21 @@
 from pathlib import Path
 
 from _log import log_to
-from _report import build
+from _report import build, csv, read_study
+
+
+def main(files, config, versions, output):
+    report = build(read_study(files, config), versions)
+    for paths, texts in (
+        (output.figures, report.figures),
+        (output.data, {name: csv(table) for name, table in report.data.items()}),
+        (output.tables, {name: csv(table) for name, table in report.tables.items()}),
+        ([output.html], {"report": report.html}),
+    ):
+        for path in map(Path, paths):
+            path.write_text(texts[path.stem], encoding="utf-8")
+
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
-    html = build(snakemake.input, snakemake.params.config, snakemake.params.versions)
-    Path(snakemake.output.html).write_text(html, encoding="utf-8")
+    main(snakemake.input, snakemake.params.config, snakemake.params.versions, snakemake.output)
