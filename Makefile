@@ -27,10 +27,12 @@ test: setup lint  ## lint, all tests (kernels also uncompiled) and the smoke cam
 	NUMBA_DISABLE_JIT=1 $(BIN)/pytest tests/dem/contact
 	$(BIN)/pytest
 
-lint: setup  ## style of Python and Snakemake files, spelling
+lint: setup  ## style, types, workflow, spelling
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/mypy
 	$(BIN)/snakefmt --check Snakefile workflow
+	$(BIN)/python .ci/lint_workflow.py
 	$(BIN)/codespell
 
 format: setup  ## rewrite Python and Snakemake files in the project's style

@@ -6,6 +6,7 @@ Frame and signs: z up; overlap positive when grains touch; forces on walls are t
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -106,7 +107,7 @@ class Simulation:
         require(damping_model in DAMPING_MODELS, "damping_model", repr(damping_model), f"one of {list(DAMPING_MODELS)}")
         require(precision in ("float32", "float64"), "precision", repr(precision), "float32 or float64")
         require(0 < smallest_radius_m < math.inf, "smallest_radius_m", smallest_radius_m, "a positive number")
-        require(np.isfinite(gravity_m_s2).all(), "gravity_m_s2", gravity_m_s2, "three finite numbers")
+        require(bool(np.isfinite(gravity_m_s2).all()), "gravity_m_s2", gravity_m_s2, "three finite numbers")
         periods = np.asarray(period_m, float)
         require(bool((np.isfinite(periods) & (periods >= 0)).all()), "period_m", period_m, "lengths, 0 where not periodic")
         require(not math.isnan(floor_m), "floor_m", floor_m, "a height, or -inf")
@@ -549,7 +550,7 @@ class Simulation:
         ValueError : the simulation keeps no ledger.
         """
         require(self._entries is not None, "energy_ledger", False, "True, to read energies_j")
-        return energy.summary(self._entries, self._exchanged_j)
+        return energy.summary(cast(np.ndarray, self._entries), self._exchanged_j)
 
     def _held_by_grains_j(self) -> float:
         """Kinetic and potential energy of the free grains, for the ledger."""

@@ -1,4 +1,4 @@
-# What every rule file uses: the checked configuration, the design, fingerprints of the code.
+# What the files of rules share: the checked configuration, the design, fingerprints of the code.
 import sys
 
 sys.path.insert(0, str(Path(workflow.basedir) / "workflow" / "scripts"))

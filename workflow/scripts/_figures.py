@@ -163,7 +163,7 @@ def iso_responses(calibration: pd.DataFrame, posterior: pd.DataFrame, equivalent
     ours = calibration[calibration["surrogate"] == "ours"]
     figure, panels = canvas(len(ours), width=max(5.0 * len(ours), 8.0), height=4.4)
     limits = next(iter(surrogates.values())).ranges
-    s, r = np.meshgrid(np.linspace(*limits["static_friction"], 90), np.linspace(*limits["rolling_friction"], 90))
+    s, r = np.meshgrid(*(np.linspace(low, high, 90) for low, high in (limits["static_friction"], limits["rolling_friction"])))
     for axes, (_, optimum) in zip(panels, ours.iterrows(), strict=False):
         own = posterior[posterior["case"] == optimum["case"]]
         axes.plot(own["static_friction"], own["rolling_friction"], ".", color="0.7", markersize=2.5, zorder=0)

@@ -43,7 +43,8 @@ class Progress:
 
     def __init__(self):
         self.start = self.last = time.monotonic()
-        self.stage = self.first_step = None
+        self.stage: str | None = None
+        self.first_step: int | None = None
 
     def __call__(self, simulation, stage: str) -> None:
         """Report one look at the simulation."""
@@ -84,9 +85,10 @@ class Progress:
 
     def left(self, now: float, share: float | None) -> str:
         """Wall time until the stage ends, at the pace since its first look; empty where that cannot be said."""
-        if share is None or share >= 1.0 or share <= self.first[1]:
+        begun_s, begun = self.first or (now, None)
+        if share is None or begun is None or share >= 1.0 or share <= begun:
             return ""
-        seconds = (now - self.first[0]) * (1.0 - share) / (share - self.first[1])
+        seconds = (now - begun_s) * (1.0 - share) / (share - begun)
         return f", {'at least ' if self.stage == 'lift' else ''}{seconds:.0f} s left"
 
 

@@ -95,7 +95,7 @@ def base_simulation(config: dict, rows: dict[str, dict], experiment: str) -> dic
 def proposed_simulations(results: str, stage: str = "") -> dict[str, dict]:
     """simulation_id -> design row of what the later stages simulate: of one stage, or of all that are planned so far."""
     folders = [results + stage] if stage else [f"{results}/verification", *sorted(map(str, Path(results).glob("rounds/*")))]
-    rows = {}
+    rows: dict[str, dict] = {}
     for folder in folders:
         path = Path(folder) / "design.parquet"
         if path.is_file():

@@ -29,7 +29,7 @@ class TableError(ValueError):
 def load_schema(name: str) -> dict[str, dict]:
     """Rules of a table's columns, those of the schemas that it includes first."""
     schema = yaml.safe_load((SCHEMAS / f"{name}.yaml").read_text())
-    columns = {}
+    columns: dict[str, dict] = {}
     for other in schema.get("includes", ()):
         columns |= load_schema(other)
     return columns | schema["columns"]

@@ -8,6 +8,7 @@ The plate has an edge: grains that roll over it leave, so soils that never come 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import cast
 
 from dem import Box, Factory, Grains, Simulation, SimulationError, Tube, TubeRegion
 from dem.experiments.soil import Engine, Soil, energy_balance
@@ -104,7 +105,7 @@ def height_m(grains: Grains) -> float:
 
 def tube_is_clear(simulation: Simulation) -> bool:
     """Whether the tube's rim is above every grain."""
-    return simulation.wall("tube").bottom_m > height_m(simulation.grains)
+    return cast(Tube, simulation.wall("tube")).bottom_m > height_m(simulation.grains)
 
 
 def is_flat(grains: Grains, n_particles: int) -> bool:

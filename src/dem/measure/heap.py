@@ -173,7 +173,8 @@ def _flank_of(positions, radii, curves_of):
         return Flank(angle_deg=0.0, azimuth_sd_deg=0.0, height=0.0, stands=False)
     unit = radii.mean()
     grains, reach, n_standing = _centred(positions / unit, radii / unit)
-    flank = fit_flank(*curves_of(grains, reach), grain_diameter=2.0)
+    distance, heights = curves_of(grains, reach)
+    flank = fit_flank(distance, heights, grain_diameter=2.0)
     stands = flank.stands and n_standing >= MIN_STANDING_GRAINS
     return Flank(
         angle_deg=flank.angle_deg if stands else 0.0,
