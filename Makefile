@@ -79,8 +79,10 @@ bench-scale: setup  ## cost per grain from 3000 to 300 000 grains; one large sim
 verify-peers: setup  ## heap, shear test and rolling contact beside LIGGGHTS (apt-get install liggghts)
 	$(BIN)/python -m verification.peers --cores $(CORES)
 
+notebook: setup  ## the example notebook executed again, with what it shows
+	$(BIN)/python docs/examples/execute.py
+
 docs: setup  ## what the packages offer, from their docstrings: build/api/index.html
-	$(BIN)/pip install --quiet --no-build-isolation --editable .[docs]
 	$(BIN)/python -W error -m pdoc --docformat numpy --output-directory build/api $(API)
 
 lock: setup  ## resolve the newest versions of all dependencies into requirements.lock
@@ -92,4 +94,4 @@ help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## */\1\t/' | expand -t 12
 
 .PHONY: campaign status setup test lint format smoke paper reference twin first-answer verify-results verify verify-peers \
-	paper-optima bench bench-quick bench-scale docs lock help
+	paper-optima bench bench-quick bench-scale notebook docs lock help

@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from dem import compiled, energy, loop, motion
 from dem.factory import Factory
+from dem.html import Rich, table
 from dem.jit import MAX_THREADS, set_num_threads
 from dem.layout import BLOCK, BUFFER, FREE, GRAIN, HISTORY, INVERSE_MASS, LOAD, N_HISTORY, RADIUS, ROWS, UX, VX, aligned_zeros
 from dem.material import DAMPING_MODELS, Interaction, Material, pair_constants, require
@@ -52,7 +53,7 @@ class SimulationError(RuntimeError):
 
 
 @dataclass(frozen=True)
-class Grains:
+class Grains(Rich):
     """A copy of the grains' state: positions_m and velocities_m_s (n, 3), angular_velocities_rad_s (n, 3), radii_m (n,)."""
 
     positions_m: np.ndarray
@@ -62,6 +63,9 @@ class Grains:
 
     def __len__(self):
         return len(self.radii_m)
+
+    def __repr__(self):
+        return f"Grains({len(self)} grains)"
 
 
 class Simulation:
@@ -583,6 +587,10 @@ class Simulation:
         return (
             f"Simulation(t = {self.time_s:.4g} s, {self.n_grains} grains, walls {self.wall_names}, step {self.time_step_s:.3g} s)"
         )
+
+    def _repr_html_(self) -> str:
+        names = ("time_s", "n_steps", "time_step_s", "n_grains", "n_left", "kinetic_energy_j", "wall_names")
+        return table("Simulation", {name: getattr(self, name) for name in names} | self.materials)
 
 
 def overlaps(positions, radii, period):

@@ -308,9 +308,13 @@ def test_the_linter_has_no_hint_but_the_one_that_contributing_explains(tmp_path)
     result = lint(ROOT)
     assert result.returncode == 0, result.stderr
     project = copy_project(tmp_path)
-    edit(project / "workflow/rules/measure.smk", """    log:
+    edit(
+        project / "workflow/rules/measure.smk",
+        """    log:
         f"{LOGS}/measure_soils.log",
-""", "")
+""",
+        "",
+    )
     result = lint(project)
     assert result.returncode == 1
     assert "No log directive defined" in result.stderr

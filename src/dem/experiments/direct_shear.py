@@ -19,6 +19,7 @@ import numpy as np
 from dem import ENDLESS_M, Box, BoxRegion, Drive, Factory, Grains, Simulation, SimulationError
 from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.state import State, steps_in
+from dem.html import Rich
 
 LOWER = ("floor", "lower_left", "lower_right", "lower_flange")
 UPPER = ("upper_left", "upper_right", "upper_flange")
@@ -37,7 +38,7 @@ GLUE_REACH_RATIO = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
-class Setup:
+class Setup(Rich):
     """Geometry and protocol; ratios are over scale_radius_m. The inertial number I sets the speed: U = I h / (d sqrt(rho/p)).
 
     preparation_friction_ratio multiplies the grains' friction during filling and consolidation: below 1 it gives a denser
@@ -71,7 +72,7 @@ class Setup:
 
 
 @dataclass(frozen=True)
-class Shear:
+class Shear(Rich):
     """What the test leaves: time series, grains before and after, counts. See `record` for the series' names."""
 
     history: dict[str, np.ndarray]

@@ -26,6 +26,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dem.html import Rich
+
 #: Part of the heap's height through which the line is fitted.
 BAND_RATIOS = (0.2, 0.8)
 
@@ -73,7 +75,7 @@ class Flank:
 
 
 @dataclass(frozen=True, kw_only=True)
-class HeapShape:
+class HeapShape(Rich):
     """Angles of repose, their spread over azimuth, and height of one heap; all angles are 0 where `is_flat`.
 
     `angle_azimuth_sd_deg` is over the 12 sectors of the profile, `silhouette_azimuth_sd_deg` over the 72 flanks seen.
