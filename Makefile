@@ -43,6 +43,9 @@ format: setup  ## rewrite Python and Snakemake files in the project's style
 status:  ## how far a campaign is, while it runs or after: STUDY=<name>, default if none is given
 	@$(BIN)/python workflow/scripts/status.py $(if $(STUDY),--study $(STUDY))
 
+new-study: setup  ## start a study of your own: STUDY=<name>, and SOIL=<name> for one in config/soils
+	@$(BIN)/python workflow/scripts/new_study.py '$(STUDY)' $(SOIL)
+
 smoke: setup  ## the whole workflow in a few minutes, with few grains
 	$(BIN)/snakemake -c$(CORES) all --configfile config/smoke.yaml
 
@@ -93,5 +96,5 @@ lock: setup  ## resolve the newest versions of all dependencies into requirement
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## */\1\t/' | expand -t 12
 
-.PHONY: campaign status setup test lint format smoke paper reference twin first-answer verify-results verify verify-peers \
+.PHONY: campaign status new-study setup test lint format smoke paper reference twin first-answer verify-results verify verify-peers \
 	paper-optima bench bench-quick bench-scale notebook docs lock help
