@@ -59,10 +59,10 @@ twin: setup  ## a hidden soil simulated, forgotten and calibrated at full size: 
 	$(BIN)/snakemake -c$(CORES) all --configfile config/twin.yaml
 
 first-answer: setup  ## a soil calibrated on docs/reference in seconds, without simulations: SOIL=<name or file>
-	$(BIN)/snakemake -c$(CORES) first_answer --quiet all $(if $(SOIL),--config soil=$(SOIL))
+	$(BIN)/snakemake -c$(CORES) first_answer --quiet host progress reason $(if $(SOIL),--config soil=$(SOIL))
 
 verify-results: setup  ## which files of a finished study are no longer as they were written: STUDY=<name>
-	$(BIN)/snakemake -c1 verify_results --quiet all $(if $(STUDY),--config study=$(STUDY))
+	$(BIN)/snakemake -c1 verify_results --quiet host progress reason $(if $(STUDY),--config study=$(STUDY))
 
 verify: setup  ## the engine beside published and closed-form results: docs/verification.md
 	$(BIN)/snakemake -c$(CORES) verification
