@@ -2,6 +2,8 @@
 PYTHON ?= python3
 CORES ?= 2
 BIN := .venv/bin
+# progress bars on a terminal, plain lines in a log
+BARS := $(shell test -t 2 && echo --logger rich)
 READY := .venv/ready
 # what docs/reference keeps of the campaign at the paper's fidelity
 REFERENCE := soil repose shear strength screening reachability calibration iterations minima posterior equivalents \
@@ -13,7 +15,7 @@ API := dem dem.experiments dem.measure dem.contact dem.energy calibration export
 .DEFAULT_GOAL := campaign
 
 campaign: setup  ## the whole method at its default settings: results/default/report.html
-	$(BIN)/snakemake -c$(CORES) all
+	$(BIN)/snakemake -c$(CORES) $(BARS) all
 
 setup: $(READY)  ## virtual environment with the locked versions, package installed
 
@@ -30,10 +32,12 @@ test: setup lint  ## lint, all tests (kernels also uncompiled) and the smoke cam
 test-slurm: setup  ## a small study on a real SLURM of two virtual nodes, started here; as root on Debian only
 	tests/slurm/run.sh
 
-lint: setup  ## style of Python and Snakemake files, spelling
+lint: setup  ## style, types, workflow, spelling
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/mypy
 	$(BIN)/snakefmt --check Snakefile workflow
+	$(BIN)/python .ci/lint_workflow.py
 	$(BIN)/codespell
 
 format: setup  ## rewrite Python and Snakemake files in the project's style
@@ -44,23 +48,26 @@ format: setup  ## rewrite Python and Snakemake files in the project's style
 status:  ## how far a campaign is, while it runs or after: STUDY=<name>, default if none is given
 	@$(BIN)/python workflow/scripts/status.py $(if $(STUDY),--study $(STUDY))
 
+new-study: setup  ## start a study of your own: STUDY=<name>, and SOIL=<name> for one in config/soils
+	@$(BIN)/python workflow/scripts/new_study.py '$(STUDY)' $(SOIL)
+
 smoke: setup  ## the whole workflow in a few minutes, with few grains
-	$(BIN)/snakemake -c$(CORES) all --configfile config/smoke.yaml
+	$(BIN)/snakemake -c$(CORES) $(BARS) all --configfile config/smoke.yaml
 
 paper: setup  ## the paper's exact fidelity: about an hour
-	$(BIN)/snakemake -c$(CORES) all --configfile config/paper.yaml
+	$(BIN)/snakemake -c$(CORES) $(BARS) all --configfile config/paper.yaml
 
 reference: paper  ## the paper's exact fidelity again, and its tables and report into docs/reference
 	cp $(addprefix results/paper/,$(addsuffix .parquet,$(REFERENCE)) surrogates.json report.html) docs/reference/
 
 twin: setup  ## a hidden soil simulated, forgotten and calibrated at full size: is it found again?
-	$(BIN)/snakemake -c$(CORES) all --configfile config/twin.yaml
+	$(BIN)/snakemake -c$(CORES) $(BARS) all --configfile config/twin.yaml
 
 first-answer: setup  ## a soil calibrated on docs/reference in seconds, without simulations: SOIL=<name or file>
-	$(BIN)/snakemake -c$(CORES) first_answer --quiet all $(if $(SOIL),--config soil=$(SOIL))
+	$(BIN)/snakemake -c$(CORES) first_answer --quiet host progress reason $(if $(SOIL),--config soil=$(SOIL))
 
 verify-results: setup  ## which files of a finished study are no longer as they were written: STUDY=<name>
-	$(BIN)/snakemake -c1 verify_results --quiet all $(if $(STUDY),--config study=$(STUDY))
+	$(BIN)/snakemake -c1 verify_results --quiet host progress reason $(if $(STUDY),--config study=$(STUDY))
 
 verify: setup  ## the engine beside published and closed-form results: docs/verification.md
 	$(BIN)/snakemake -c$(CORES) verification
@@ -80,8 +87,10 @@ bench-scale: setup  ## cost per grain from 3000 to 300 000 grains; one large sim
 verify-peers: setup  ## heap, shear test and rolling contact beside LIGGGHTS (apt-get install liggghts)
 	$(BIN)/python -m verification.peers --cores $(CORES)
 
+notebook: setup  ## the example notebook executed again, with what it shows
+	$(BIN)/python docs/examples/execute.py
+
 docs: setup  ## what the packages offer, from their docstrings: build/api/index.html
-	$(BIN)/pip install --quiet --no-build-isolation --editable .[docs]
 	$(BIN)/python -W error -m pdoc --docformat numpy --output-directory build/api $(API)
 
 lock: setup  ## resolve the newest versions of all dependencies into requirements.lock
@@ -92,5 +101,5 @@ lock: setup  ## resolve the newest versions of all dependencies into requirement
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## */\1\t/' | expand -t 12
 
-.PHONY: campaign status setup test test-slurm lint format smoke paper reference twin first-answer verify-results verify verify-peers \
-	paper-optima bench bench-quick bench-scale docs lock help
+.PHONY: campaign status new-study setup test test-slurm lint format smoke paper reference twin first-answer verify-results verify \
+	verify-peers paper-optima bench bench-quick bench-scale notebook docs lock help

@@ -1,17 +1,21 @@
 """What the documentation shows runs as shown."""
 
 import doctest
+import os
+import pty
 import re
 import subprocess
 import sys
 from pathlib import Path
 
+import nbformat
 import numpy as np
 from PIL import Image
 
 import dem
 
 ROOT = Path(__file__).parents[1]
+BIN = Path(sys.executable).parent
 
 
 def test_the_packages_first_example_is_true():
@@ -49,7 +53,44 @@ def test_frictionless_grains_pack_as_spheres_do_and_rough_ones_more_loosely():
     assert 0.45 < rough < medium - 0.03 < smooth - 0.06
 
 
+def test_the_notebook_shows_a_heap_its_picture_and_tables(tmp_path):
+    command = [sys.executable, "docs/examples/execute.py", str(tmp_path)]
+    subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    kept, anew = (nbformat.read(folder / "heap.ipynb", as_version=4) for folder in (ROOT / "docs/examples", tmp_path))
+    assert [cell.source for cell in anew.cells] == [cell.source for cell in kept.cells]
+    for notebook in (kept, anew):
+        outputs = [output for cell in notebook.cells for output in cell.get("outputs", ())]
+        assert not any(output.output_type == "error" for output in outputs)
+        shown = [output.data for output in outputs if "data" in output]
+        assert sum("image/png" in data for data in shown) == 2
+        (shape,) = [data["text/html"] for data in shown if "<caption>HeapShape" in data.get("text/html", "")]
+        angle = float(re.search(r"angle_profile_deg</th><td>([\d.]+)", shape).group(1))
+        assert 15 < angle < 30  # Table 2: 27.5 deg with twice as many grains; its own surrogate: 23.3
+
+
+def test_the_packages_pages_are_written_without_a_warning(tmp_path):
+    recipe = subprocess.run(["make", "-n", "docs", f"BIN={BIN}"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    command = recipe.splitlines()[-1].replace("build/api", str(tmp_path)).split()
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (result.returncode, result.stderr) == (0, "")
+    for page in ("dem.html", "dem/experiments/angle_of_repose.html", "calibration.html", "exports.html"):
+        assert (tmp_path / page).is_file()
+
+
 def test_make_help_names_every_target_the_readme_uses():
     help_text = subprocess.run(["make", "help"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
     targets = {line.split()[0] for line in help_text.splitlines()}
     assert {"campaign", "setup", "test", "lint", "smoke", "paper"} <= targets
+
+
+def test_make_draws_bars_on_a_terminal_only():
+    controller, terminal = pty.openpty()
+    for stderr, bars in ((terminal, True), (subprocess.PIPE, False)):
+        recipe = subprocess.run(
+            ["make", "-n", "smoke"], cwd=ROOT, stdout=subprocess.PIPE, stderr=stderr, text=True, check=True
+        ).stdout
+        assert ("--logger rich" in recipe) == bars
+    os.close(controller)
+    os.close(terminal)
+    plugins = subprocess.run([sys.executable, "-m", "snakemake", "--help"], capture_output=True, text=True, check=True).stdout
+    assert re.search(r"--logger [^\n]*rich", plugins)

@@ -21,6 +21,7 @@ from sklearn.gaussian_process.kernels import ConstantKernel, Matern
 
 from calibration.errors import demand
 from calibration.space import Space, inside_hull
+from calibration.surrogate import summary
 
 #: Allowed lengths, in extents of the design: shorter ones would be noise, longer ones are a constant.
 LENGTHS = (0.1, 20.0)
@@ -53,6 +54,13 @@ class GaussianProcess:
     cv_calibration: float = float("nan")
 
     model = "gaussian_process"
+
+    def __repr__(self):
+        variables = ", ".join(self.space.variables)
+        return f"GaussianProcess({self.response} of {variables}; {self.n_points} points; left out: {self.cv_rmse:.4g} {self.unit})"
+
+    def _repr_html_(self) -> str:
+        return summary(self).to_frame(self.response).to_html()
 
     @property
     def n_points(self) -> int:

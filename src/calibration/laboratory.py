@@ -15,6 +15,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pandas as pd
@@ -32,7 +33,7 @@ UNITS = {
     "angle": {"deg": 1.0, "degree": 1.0, "degrees": 1.0, "°": 1.0, "rad": 180.0 / np.pi},
 }  # fmt: skip
 #: quantity -> (its column in SI units or degrees, kind, names in headers); without a kind it is a label.
-QUANTITIES = {
+QUANTITIES: dict[str, tuple[str, str | None, set[str]]] = {
     "test": ("test", None, {"test", "test no", "test number", "specimen", "specimen no", "sample"}),
     "normal_stress": ("normal_stress_pa", "stress", {"normal stress", "vertical stress", "sigma n", "σn", "σ n"}),
     "displacement": (
@@ -104,13 +105,13 @@ class Reader:
             kept.append((line, texts))
         demand(bool(kept), f"{self.path}: number of rows with values below the header in line {start + 1}", 0, "at least one")
         mark = self.decimal_mark(kept, columns, measured)
-        table = {}
+        table: dict[str, list[str] | np.ndarray] = {}
         for name in self.quantities:
             target, kind, _ = QUANTITIES[name]
             if kind is None:
                 table[target] = [texts[name] for _, texts in kept]
             else:
-                factor = UNITS[kind][unit_key(columns[name].unit)]
+                factor = UNITS[kind][unit_key(cast(str, columns[name].unit))]  # `with_units` has seen to it
                 table[target] = np.array([factor * self.number(line, texts[name], columns[name], mark) for line, texts in kept])
         return Readings(pd.DataFrame(table), skipped)
 
@@ -139,7 +140,7 @@ class Reader:
 
     def match(self, cells: list[str], line: int) -> dict[str, Column]:
         """The columns of a header that are needed; two for one quantity are refused."""
-        columns = {}
+        columns: dict[str, Column] = {}
         for index, cell in enumerate(cells):
             for name in self.quantities:
                 column = self.column(name, index, cell.strip())
@@ -196,7 +197,9 @@ class Reader:
         if unknown and first is not None:
             place, (_, cells) = first
             units = {name: cells[columns[name].index].strip(" []()") for name in unknown if columns[name].index < len(cells)}
-            if len(units) == len(unknown) and all(unit_key(unit) in UNITS[QUANTITIES[name][1]] for name, unit in units.items()):
+            if len(units) == len(unknown) and all(
+                unit_key(unit) in UNITS[cast(str, QUANTITIES[name][1])] for name, unit in units.items()
+            ):
                 columns = columns | {name: Column(columns[name].index, columns[name].header, units[name]) for name in unknown}
                 rows = rows[:place] + rows[place + 1 :]
         for name, column in columns.items():
@@ -279,7 +282,7 @@ def own_headers(columns, quantities, origin: str) -> dict[str, tuple[str, str | 
         demand(
             known, f"{origin}: columns.{name}.unit", repr(unit), f"one of {', '.join(UNITS[kind])}" if kind else "no unit: a label"
         )
-        own[name] = (header, unit)
+        own[name] = (cast(str, header), unit)
     return own
 
 

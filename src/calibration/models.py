@@ -156,7 +156,7 @@ def to_json(models: dict, forms: dict) -> str:
 
 def from_json(text: str, model: str = "chosen") -> dict:
     """Surrogates by response from what `to_json` wrote: the chosen ones, or all "quadratic", or all "gaussian_process"."""
-    result = {}
+    result: dict[str, Surrogate | GaussianProcess] = {}
     for response, entry in json.loads(text).items():
         name = entry["chosen"] if model == "chosen" else model
         fields = dict(entry[name])

@@ -109,7 +109,7 @@ def search(phi, weights, bounds: np.ndarray, variables, options: dict) -> Search
     crowd = starts(low, high, SCREENED)
     cheapest = crowd[np.argsort(weights @ phi(crowd.T) ** 2)[:REFINED]]
     screened = [bounded(phi, root, bounds, x) for x in cheapest]
-    candidates = [(d.cost, d.x, ("gauss_newton",)) for d in inside]
+    candidates: list[tuple[float, np.ndarray, tuple[str, ...]]] = [(d.cost, d.x, ("gauss_newton",)) for d in inside]
     candidates += [(*bounded(phi, root, bounds, guess), ("bounded_least_squares",)) for guess in guesses]
     candidates += [(*found, ("screened_start",)) for found in screened]
     for polish in (True, False):

@@ -4,8 +4,10 @@ Equation 3 is given as decoded: with cohesion in kPa, r0 = 200 um for the shear 
 printed surrogates give the values that the paper prints at its optima. The scan's "0.1151n" is 0.115 ln.
 """
 
+from typing import Any
+
 #: Table 1.
-SOILS = {
+SOILS: dict[str, dict[str, float]] = {
     "silica_barco_sand": {"cohesion_pa": 24.0, "friction_angle_deg": 26.6, "angle_of_repose_deg": 30.0},
     "lunar_regolith": {"cohesion_pa": 300.0, "friction_angle_deg": 40.0, "angle_of_repose_deg": 65.0},
 }
@@ -24,7 +26,7 @@ SCREENING = {
 
 #: Equation 3: powers (of mu_s, mu_r), coefficients, and g with its reference radius; cohesion in kPa, angles in degrees.
 POWERS = [[0, 0], [0, 1], [1, 0], [0, 2], [2, 0], [1, 1]]
-SURROGATES = {
+SURROGATES: dict[str, dict[str, Any]] = {
     "cohesion": {
         "unit_factor": 1000.0,
         "f": [4.17, 39.30, -18.04, 30.14, 2.38, 52.55],
@@ -43,7 +45,7 @@ SURROGATES = {
 }
 
 #: Results section: optimum and the properties printed for it.
-OPTIMA = {
+OPTIMA: dict[str, dict[str, Any]] = {
     "sand": {
         "radius_m": 70.85e-6, "static_friction": 0.609, "rolling_friction": 0.0811,
         "cohesion_pa": 23.9, "friction_angle_deg": 29.5, "angle_of_repose_deg": 27.8, "iterations": 81, "converged": True,

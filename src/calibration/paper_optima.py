@@ -4,6 +4,7 @@ The last line printed is JSON: for each of the paper's three cases the minima, c
 """
 
 import json
+from typing import Any
 
 import pandas as pd
 
@@ -14,7 +15,7 @@ from calibration.surrogate import published
 VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
 #: The paper's weights, equal, and with that of the angle of repose a tenth of the others.
 EQUAL, LOW_REPOSE = [0.25] * 4, [1 / 31, 10 / 31, 10 / 31, 10 / 31]
-CASES = [
+CASES: list[dict[str, Any]] = [
     {"case": "sand", "soil": "silica_barco_sand", "weights": EQUAL},
     {"case": "regolith", "soil": "lunar_regolith", "weights": EQUAL},
     {"case": "regolith_low_repose_weight", "soil": "lunar_regolith", "weights": LOW_REPOSE},
@@ -40,7 +41,7 @@ def main() -> None:
         [{"soil": soil, "property": name, "value": value} for soil in paper.SOILS for name, value in targets(soil).items()]
     )
     best, _, minima = calibrate(published(), soils, OPTIONS, VARIABLES, "published")
-    result = {}
+    result: dict[str, list[dict[str, float]]] = {}
     for case, (_, optimum) in zip(CASES, best.iterrows(), strict=True):
         found = minima[minima["case"] == case["case"]]
         print(f"{case['case']}: {len(found)} minima; the global check finds nothing below {optimum['global_cost']:.6f}")

@@ -3,6 +3,7 @@
 First order: the share of a response's variance that one variable explains alone; total: alone and together with others.
 """
 
+import numpy as np
 import pandas as pd
 from SALib.analyze import sobol as analysis
 from SALib.sample import sobol as sampling
@@ -21,7 +22,9 @@ def sobol_table(models: dict, space: Space) -> pd.DataFrame:
     for response, model in models.items():
         values = model.predict(space.values(unit))
         constant = values.std() <= 1e-9 * (abs(values.mean()) + 1.0)
-        found = None if constant else analysis.analyze(problem, values, calc_second_order=False, seed=SOBOL_SEED)
+        found: dict[str, np.ndarray] = (
+            {} if constant else analysis.analyze(problem, values, calc_second_order=False, seed=SOBOL_SEED)
+        )
         for k, variable in enumerate(space.variables):
             index = {key: 0.0 if constant else float(found[key][k]) for key in ("S1", "S1_conf", "ST", "ST_conf")}
             rows.append(

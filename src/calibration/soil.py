@@ -8,6 +8,7 @@ a column for the angle of repose. Both may have `columns` (quantity: the file's 
 """
 
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pandas as pd
@@ -191,7 +192,7 @@ def strength_line(box: Path, stresses: np.ndarray, strengths: np.ndarray) -> Str
         list(zip(stresses.tolist(), strengths.tolist(), strict=True)),
         allowed,
     )
-    return line
+    return cast(StrengthLine, line)
 
 
 def skipped(found: Readings) -> str:

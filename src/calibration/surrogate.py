@@ -47,6 +47,13 @@ def factor_offset(form: str) -> float:
     return 0.0 if form == "quadratic" else 1.0
 
 
+def summary(model) -> pd.Series:
+    """What a person wants to know of a fitted surrogate, of either kind, by name."""
+    ranges = {name: f"{low:.4g} to {high:.4g}" for name, (low, high) in model.ranges.items()}
+    fit = {"points": model.n_points, "error at left-out points": f"{model.cv_rmse:.4g}"} if model.n_points else {}
+    return pd.Series({"model": model.model, "unit": model.unit, **ranges, **fit})
+
+
 @dataclass(frozen=True)
 class Surrogate:
     """A fitted response; `predict` takes a mapping from variable to value(s). Errors of fit are in the response's unit.
@@ -85,6 +92,9 @@ class Surrogate:
     def believing(self, values) -> "Surrogate":
         """Itself: one point more hardly changes a polynomial over the whole design."""
         return self
+
+    def _repr_html_(self) -> str:
+        return summary(self).to_frame(self.response).to_html()
 
 
 def polynomial_basis(grid: list[np.ndarray], powers) -> np.ndarray:

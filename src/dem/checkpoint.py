@@ -11,6 +11,7 @@ import zipfile
 import zlib
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -41,8 +42,9 @@ def save(simulation: Simulation, path: str | Path, notes: dict | None = None) ->
     noted = {f"{NOTE}{name}": value for name, value in notes.items() if isinstance(value, np.ndarray)}
     plain = {name: value for name, value in notes.items() if not isinstance(value, np.ndarray)}
     description = json.dumps(description_of(simulation) | {"notes": plain})
+    arrays: dict[str, Any] = {**arrays_of(simulation), **noted, "description": np.array(description)}
     with open(part, "wb") as file:
-        np.savez(file, **arrays_of(simulation), **noted, description=np.array(description))
+        np.savez(file, **arrays)
         file.flush()
         os.fsync(file.fileno())
     os.replace(part, path)
@@ -134,7 +136,7 @@ def restored(description: dict, arrays: dict[str, np.ndarray]) -> Simulation:
         outer.history[:used] = arrays[f"{name}.history"]
     simulation._origin, simulation._list_age = arrays["origin"], arrays["list_age"]
     simulation._glued, simulation._carrier = arrays["glued"], arrays["carrier"]
-    if "entries" in arrays:
+    if simulation._entries is not None:
         simulation._entries[:] = arrays["entries"]
     return simulation
 

@@ -8,17 +8,18 @@ numba itself keys the cache by processor type, so a cache shared by unlike machi
 import hashlib
 import os
 from pathlib import Path
+from typing import Any
 
 PACKAGE = Path(__file__).parent
 
 #: Kernels are free of traps (no Python exceptions on division) and may reorder arithmetic, which lets LLVM vectorise them.
-JIT_FLAGS = {"fastmath": True, "error_model": "numpy", "cache": True}
+JIT_FLAGS: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "cache": True}
 
 #: For the hottest kernels, which make no arrays: no reference counts for the arrays that they are given or slice.
 LEAN_FLAGS = {**JIT_FLAGS, "_nrt": False}
 
 #: For code that must see NaN and infinity as they are (guards, list building).
-STRICT_FLAGS = {"error_model": "numpy", "cache": True}
+STRICT_FLAGS: dict[str, Any] = {"error_model": "numpy", "cache": True}
 
 
 def source_hash() -> str:
@@ -62,9 +63,9 @@ __all__ = [
     "types",
 ]
 
-MAX_THREADS = config.NUMBA_NUM_THREADS
+MAX_THREADS: int = config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]  # numba sets it at run time
 #: Whether kernels run as plain Python (NUMBA_DISABLE_JIT=1).
-DISABLED = bool(config.DISABLE_JIT)
+DISABLED = bool(config.DISABLE_JIT)  # type: ignore[attr-defined]  # the same
 
 
 def processor() -> str:

@@ -59,7 +59,7 @@ class Contacts(NamedTuple):
     slot: np.ndarray
     block: np.ndarray
     begin: np.ndarray
-    count: np.ndarray
+    count: np.ndarray  # type: ignore[assignment]  # hides a tuple's own count(), which nobody needs here
     common: np.ndarray
     alike: np.ndarray
 

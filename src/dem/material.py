@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 from dem.contact import hertz, mindlin
+from dem.html import Rich
 
 
 def require(condition: bool, name: str, value, allowed: str) -> None:
@@ -17,7 +18,7 @@ DAMPING_MODELS = {"edem": hertz.damping_ratio, "no_pull": hertz.damping_ratio_wi
 
 
 @dataclass(frozen=True, kw_only=True)
-class Material:
+class Material(Rich):
     """An isotropic elastic solid: density (kg/m3), Poisson's ratio, shear modulus (Pa)."""
 
     density_kg_m3: float
@@ -31,7 +32,7 @@ class Material:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Interaction:
+class Interaction(Rich):
     """How two materials interact: coefficients of restitution, static friction and rolling friction."""
 
     restitution: float

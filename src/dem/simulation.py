@@ -6,12 +6,14 @@ Frame and signs: z up; overlap positive when grains touch; forces on walls are t
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from dem import compiled, energy, loop, motion
 from dem.factory import Factory
+from dem.html import Rich, table
 from dem.jit import MAX_THREADS, set_num_threads
 from dem.layout import BLOCK, BUFFER, FREE, GRAIN, HISTORY, INVERSE_MASS, LOAD, N_HISTORY, RADIUS, ROWS, UX, VX, aligned_zeros
 from dem.material import DAMPING_MODELS, Interaction, Material, pair_constants, require
@@ -51,7 +53,7 @@ class SimulationError(RuntimeError):
 
 
 @dataclass(frozen=True)
-class Grains:
+class Grains(Rich):
     """A copy of the grains' state: positions_m and velocities_m_s (n, 3), angular_velocities_rad_s (n, 3), radii_m (n,)."""
 
     positions_m: np.ndarray
@@ -61,6 +63,9 @@ class Grains:
 
     def __len__(self):
         return len(self.radii_m)
+
+    def __repr__(self):
+        return f"Grains({len(self)} grains)"
 
 
 class Simulation:
@@ -106,7 +111,7 @@ class Simulation:
         require(damping_model in DAMPING_MODELS, "damping_model", repr(damping_model), f"one of {list(DAMPING_MODELS)}")
         require(precision in ("float32", "float64"), "precision", repr(precision), "float32 or float64")
         require(0 < smallest_radius_m < math.inf, "smallest_radius_m", smallest_radius_m, "a positive number")
-        require(np.isfinite(gravity_m_s2).all(), "gravity_m_s2", gravity_m_s2, "three finite numbers")
+        require(bool(np.isfinite(gravity_m_s2).all()), "gravity_m_s2", gravity_m_s2, "three finite numbers")
         periods = np.asarray(period_m, float)
         require(bool((np.isfinite(periods) & (periods >= 0)).all()), "period_m", period_m, "lengths, 0 where not periodic")
         require(not math.isnan(floor_m), "floor_m", floor_m, "a height, or -inf")
@@ -551,7 +556,7 @@ class Simulation:
         ValueError : the simulation keeps no ledger.
         """
         require(self._entries is not None, "energy_ledger", False, "True, to read energies_j")
-        return energy.summary(self._entries, self._exchanged_j)
+        return energy.summary(cast(np.ndarray, self._entries), self._exchanged_j)
 
     def _held_by_grains_j(self) -> float:
         """Kinetic and potential energy of the free grains, for the ledger."""
@@ -584,6 +589,10 @@ class Simulation:
         return (
             f"Simulation(t = {self.time_s:.4g} s, {self.n_grains} grains, walls {self.wall_names}, step {self.time_step_s:.3g} s)"
         )
+
+    def _repr_html_(self) -> str:
+        names = ("time_s", "n_steps", "time_step_s", "n_grains", "n_left", "kinetic_energy_j", "wall_names")
+        return table("Simulation", {name: getattr(self, name) for name in names} | self.materials)
 
 
 def overlaps(positions, radii, period):

@@ -8,7 +8,7 @@ A wall moves with a prescribed velocity or, along one axis, under a constant for
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -109,7 +109,7 @@ def to_arrays(walls: list[Wall], material_index: dict[str, int]) -> WallArrays:
         if isinstance(wall, Box):
             arrays.kind[w] = BOX
             arrays.geometry[w, :6] = (*wall.low_m, *wall.high_m)
-        else:
+        elif isinstance(wall, Tube):
             arrays.kind[w] = TUBE
             arrays.geometry[w] = (*wall.centre_m, wall.bottom_m, 0.0, 0.0, wall.top_m, wall.radius_m)
         arrays.velocity[w] = wall.velocity_m_s
@@ -126,15 +126,16 @@ def from_arrays(wall: Wall, arrays: WallArrays, w: int) -> Wall:
     g, velocity = arrays.geometry[w].tolist(), tuple(arrays.velocity[w].tolist())
     if isinstance(wall, Box):
         return replace(wall, low_m=tuple(g[:3]), high_m=tuple(g[3:6]), velocity_m_s=velocity)
-    return replace(wall, centre_m=(g[0], g[1]), bottom_m=g[2], top_m=g[5], velocity_m_s=velocity)
+    return replace(cast(Tube, wall), centre_m=(g[0], g[1]), bottom_m=g[2], top_m=g[5], velocity_m_s=velocity)
 
 
 def distance_to(wall: Wall, positions: np.ndarray) -> np.ndarray:
     """Distances in m (n,) of positions (n, 3) from the nearest point of a wall."""
     if isinstance(wall, Box):
         return np.linalg.norm(positions - np.clip(positions, wall.low_m, wall.high_m), axis=1)
-    outwards = np.hypot(positions[:, 0] - wall.centre_m[0], positions[:, 1] - wall.centre_m[1]) - wall.radius_m
-    return np.hypot(outwards, positions[:, 2] - np.clip(positions[:, 2], wall.bottom_m, wall.top_m))
+    tube = cast(Tube, wall)
+    outwards = np.hypot(positions[:, 0] - tube.centre_m[0], positions[:, 1] - tube.centre_m[1]) - tube.radius_m
+    return np.hypot(outwards, positions[:, 2] - np.clip(positions[:, 2], tube.bottom_m, tube.top_m))
 
 
 @lean_jit

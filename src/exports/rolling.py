@@ -10,7 +10,7 @@ rolls on a resting one, or on a wall, is braked alike too. What is not alike is 
 
 Sources: EDEM and type C as in `dem.contact.rolling`; LIGGGHTS-PUBLIC documentation, rolling_friction cdt and epsd2; LAMMPS
 documentation, pair_style granular (rolling sds: force mu F_n, arm R*); YADE, HertzMindlin.cpp (maxBendPl = eta times the mean
-radius); MercuryDPM, MindlinRollingTorsionInteraction.cc (arm 2 R*, so W = 2). LIGGGHTS and LAMMPS are tested in the programs.
+radius); MercuryDPM, MindlinRollingTorsionInteraction.cc (arm 2 R*, so W = 2). LIGGGHTS, LAMMPS and YADE are tested in the programs.
 """
 
 #: model or program -> (L, W): arm of the rolling torque over r, between equal spheres and against a wall

@@ -8,6 +8,7 @@ reader sees how small a difference the seeds could tell.
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -40,7 +41,7 @@ SHEAR_ENGINE = Engine(time_step_rayleigh_ratio=0.3)
 SHEAR_STIFFNESS_NUMBER = 5000.0
 
 #: Variant -> (number of seeds, changes of the soil, of the heap's protocol, of the engine).
-HEAPS = {
+HEAPS: dict[str, tuple[int, dict[str, Any], dict[str, Any], dict[str, Any]]] = {
     "base": (8, {}, {}, {}),
     "mu_s 0.1": (4, {"static_friction": 0.1}, {}, {}),
     "mu_s 0.9": (4, {"static_friction": 0.9}, {}, {}),
@@ -105,7 +106,7 @@ def run_heap(variant: str, seed: int) -> dict:
     """Angle of a heap by both estimators, and how far it moves on while it is watched at rest (in radii, degrees)."""
     _, soil, setup, engine = HEAPS[variant]
     setting = replace(SOIL, **soil), replace(HEAP, **setup), replace(ENGINE, **engine)
-    looks = deque(maxlen=1)  # the simulation itself, which outlives the test
+    looks: deque[Simulation] = deque(maxlen=1)  # the simulation itself, which outlives the test
     heap = angle_of_repose.run(*setting, seed, each=lambda simulation, _: looks.append(simulation))
     looks[0].run(WATCH_S)
     before, after = heap.grains, looks[0].grains
@@ -195,7 +196,7 @@ def of_angles(heaps: pd.DataFrame) -> Iterable[Check]:
         one, other = angles(heaps, a), angles(heaps, b)
         return one.mean() - other.mean(), sd * np.sqrt(1 / len(one) + 1 / len(other))
 
-    common = {"group": GROUP, "unit": "deg"}
+    common: dict[str, Any] = {"group": GROUP, "unit": "deg"}
     scatter = f"standard deviation over seeds {sd:.2f} deg, pooled over the variants"
     yield Check(
         **common, case="heap of the paper's base set", quantity="angle of repose", source="Briend et al. 2011, Table 2",
@@ -240,7 +241,7 @@ def of_shear(tests: pd.DataFrame) -> Iterable[Check]:
     """Whether there is a plateau, and whether strength is linear in the normal stress."""
     means = tests.groupby("variant")[["plane_normal_stress_pa", "plateau_shear_stress_pa"]].mean()
     r = np.corrcoef(means.to_numpy().T)[0, 1]
-    common = {"group": GROUP, "unit": "-"}
+    common: dict[str, Any] = {"group": GROUP, "unit": "-"}
     yield Check(
         **common, case="direct shear at four normal stresses", quantity="R2 of the strength line", source="Mohr-Coulomb",
         expected=0.99, obtained=float(r * r), relation="at least", note=f"means of {SHEAR_SEEDS} seeds at each stress",
@@ -257,7 +258,7 @@ def of_shear(tests: pd.DataFrame) -> Iterable[Check]:
 def of_packing(table: pd.DataFrame) -> Iterable[Check]:
     """Solid fractions of poured grains."""
     fraction = table[table["kind"] == "packing"].set_index("variant")["solid_fraction"]
-    common = {"group": GROUP, "unit": "-", "quantity": "solid fraction"}
+    common: dict[str, Any] = {"group": GROUP, "unit": "-", "quantity": "solid fraction"}
     yield Check(
         **common, case="poured without friction", source="random packings of spheres", expected=0.62, obtained=fraction["smooth"],
         tolerance=0.02, note="allowed: 0.60 to 0.64",

@@ -4,6 +4,8 @@ The ledger evaluates the contact laws apart from the fast kernels (`dem.energy`)
 springs' histories, the walls' forces and the motion agree. What is left over is the time integration's error, of second order.
 """
 
+from typing import Any
+
 import dem
 from verification.check import Check
 from verification.scene import PRECISIONS, SOFT
@@ -49,7 +51,12 @@ def closing(rolling_model: str, damping_model: str) -> list[Check]:
         abs(energies["residual"]) / energies["dissipated"]
         for energies in (lifted(time_step_rayleigh_ratio=ratio, **settings) for ratio in (0.2, 0.05))
     )
-    common = {"group": GROUP, "case": f"filling and lifting, {rolling_model}, {damping_model}", "unit": "-", "source": "first law"}
+    common: dict[str, Any] = {
+        "group": GROUP,
+        "case": f"filling and lifting, {rolling_model}, {damping_model}",
+        "unit": "-",
+        "source": "first law",
+    }
     return [
         Check(**common, quantity="residual / dissipated", expected=CLOSURE, obtained=coarse, relation="at most", note="0.2 T_R"),
         Check(

@@ -52,7 +52,7 @@ def errors(restitution: float) -> dict[str, list[float]]:
     impact = closed_forms.of_spheres(GLASS, r, r, 2.0 * v, restitution)
     time = 0.7 * impact.duration_s
     overlap, speed = exact_impact(impact, time)
-    found = {"overlap": [], "speed": []}
+    found: dict[str, list[float]] = {"overlap": [], "speed": []}
     for n in STEPS:
         simulation = scene(GLASS, r, time / n, restitution=restitution)
         simulation.add_grains([(-r, 0, 0), (r, 0, 0)], r, "grain", velocities_m_s=[(v, 0, 0), (-v, 0, 0)])

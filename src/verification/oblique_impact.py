@@ -159,7 +159,7 @@ def stick(impact: closed_forms.Impact, shear_modulus_pa: float, tangential_m_s: 
     def parted(time, state):
         return state[0] if time > 0.1 * impact.duration_s else 1.0
 
-    parted.terminal = True
+    parted.terminal = True  # type: ignore[attr-defined]  # how scipy wants to be told
     start = [0.0, impact.speed_m_s, tangential_m_s, 0.0, 0.0]
     scale = [impact.elastic_overlap_m, impact.speed_m_s, tangential_m_s, tangential_m_s / r, impact.elastic_overlap_m]
     solution = solve_ivp(

@@ -1,8 +1,10 @@
 """The verification page: tables of checks as Markdown, with figures."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
+from matplotlib.figure import Figure
 
 from verification import figures
 
@@ -40,7 +42,7 @@ scatter; with the same number in type A heaps are many degrees steeper.""",
 }
 
 #: name of the group -> figures under its table: file name, function of the table, caption.
-FIGURES = {
+FIGURES: dict[str, list[tuple[str, Callable[[pd.DataFrame], Figure], str]]] = {
     "normal_impact": [("restitution", figures.restitution, "Restitution obtained and asked for.")],
     "oblique_impact": [("oblique_impact", figures.oblique_impact, "Impact of an aluminium-oxide sphere on a wall at 3.9 m/s.")],
     "bulk": [("bulk", figures.bulk, "Angle of repose of every heap (dots) and mean (bar), by what differs from the base.")],

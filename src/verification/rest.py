@@ -6,6 +6,7 @@ the change of momentum over time (Newton), to rounding. A settled heap: no close
 """
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -37,8 +38,8 @@ def checks() -> list[Check]:
 def under_gravity(**settings) -> dem.Simulation:
     """An empty simulation of soft, rough grains over the floor."""
     gravity = (0.0, 0.0, -GRAVITY_M_S2)
-    settings = {"restitution": 0.5, "static_friction": 0.5, "rolling_friction": 0.2, "walls": [FLOOR]} | settings
-    return scene(SOFT, RADIUS_M, TIME_STEP_S, gravity_m_s2=gravity, **settings)
+    rough: dict[str, Any] = {"restitution": 0.5, "static_friction": 0.5, "rolling_friction": 0.2, "walls": [FLOOR]}
+    return scene(SOFT, RADIUS_M, TIME_STEP_S, gravity_m_s2=gravity, **rough | settings)
 
 
 def settle(simulation: dem.Simulation) -> None:

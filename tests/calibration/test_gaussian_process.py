@@ -104,3 +104,11 @@ def test_too_few_points_are_refused():
     points = np.column_stack(list(SPACE.values(SPACE.crowd(4)).values()))
     with pytest.raises(CalibrationError, match="cohesion: number of points to fit is 4; allowed: more than the 4"):
         fit_process("cohesion", "Pa", SPACE, points, np.zeros(4), np.ones(4))
+
+
+def test_a_process_is_shown_without_its_points():
+    process = fitted(n=16)
+    assert repr(process).startswith("GaussianProcess(friction_angle of radius_m, ")
+    assert "16 points" in repr(process)
+    assert len(repr(process)) < 150
+    assert "<td>16</td>" in process._repr_html_()

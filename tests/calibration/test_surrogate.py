@@ -66,3 +66,15 @@ def test_a_design_that_does_not_determine_the_coefficients_is_refused():
     points = pd.concat([points.assign(point_id=points["point_id"] + str(k)) for k in range(3)])
     with pytest.raises(CalibrationError, match="rank of the design"):
         fit_surrogate("angle_of_repose", points, DESIGN, MATERIAL, {"f": "quadratic", "g": "log"})
+
+
+def test_a_notebook_sees_what_a_surrogate_is_and_how_far_it_reaches():
+    shown = published()["angle_of_repose"]._repr_html_()
+    for words in ("angle_of_repose", "quadratic", "deg", "2.5e-05 to 0.0005", "0 to 1.7"):
+        assert words in shown
+    assert "left-out" not in shown  # the paper prints no points
+    fitted = fit_surrogate(
+        "angle_of_repose", planted(lambda x: 1 - 0.1 * np.log(x), 0.5), DESIGN, MATERIAL, {"f": "quadratic", "g": "log"}
+    )
+    assert f"<td>{fitted.n_points}</td>" in fitted._repr_html_()
+    assert f"<td>{fitted.cv_rmse:.4g}</td>" in fitted._repr_html_()

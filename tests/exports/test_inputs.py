@@ -1,6 +1,7 @@
 """Input for other programs: the programs themselves load it, and brake rolling grains as hard as virtual-soil does."""
 
 import csv
+import json
 import math
 import re
 import shutil
@@ -137,11 +138,55 @@ def test_lammps_dashpot_is_virtual_soils(make_card, tmp_path):
     assert y == pytest.approx(-tangential * 1e-4, rel=1e-6)
 
 
-@pytest.mark.skipif(shutil.which("yade") is None, reason="YADE is not on the path")
-def test_yade_loads_its_file(make_card, tmp_path):
-    (tmp_path / "yade_material.py").write_text(inputs(make_card())["yade_material.py"])
-    result = subprocess.run(["yade", "-n", "-x", "yade_material.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+#: The same in YADE, and two grains that hit each other with 0.1 m/s in small steps; prints a line of JSON.
+YADE_SCENE = """\
+import json
+
+exec(open("yade_material.py").read())
+
+
+def grain(x, z, velocity_m_s=0.0, spin_rad_s=0.0):
+    body = O.bodies[O.bodies.append(sphere((x, 0, z), RADIUS_M, material=grains))]
+    body.state.vel, body.state.angVel = (velocity_m_s, 0, 0), (0, spin_rad_s, 0)
+    if spin_rad_s:
+        body.state.blockedDOFs = "xyzXYZ"
+    return body
+
+
+gears = grain(0, 0, spin_rad_s=1000.0), grain(2 * RADIUS_M - OVERLAP, 0, spin_rad_s=-1000.0)
+O.bodies.append(wall(1, axis=2, material=walls))
+spun = grain(0, 1 + RADIUS_M - OVERLAP, spin_rad_s=1000.0)
+hit = grain(0, 0.5, velocity_m_s=0.05), grain(2.001 * RADIUS_M, 0.5, velocity_m_s=-0.05)
+bounds = [Bo1_Sphere_Aabb(), Bo1_Facet_Aabb(), Bo1_Wall_Aabb()]
+O.engines = [ForceResetter(), InsertionSortCollider(bounds), interaction_loop, NewtonIntegrator(damping=0)]
+O.dt /= 20
+O.run(10000, True)
+print(json.dumps({
+    "gears": [O.forces.t(body.id)[1] for body in gears],
+    "force": O.forces.f(gears[1].id)[0],
+    "wall torque": O.forces.t(spun.id)[1],
+    "wall force": O.forces.f(spun.id)[2],
+    "speeds": [body.state.vel[0] for body in hit],
+}))
+"""
+
+
+@pytest.mark.skipif(shutil.which("yade") is None, reason="YADE is not on the path (apt-get install yade)")
+def test_yade_presses_brakes_and_rebounds_grains_as_virtual_soil(make_card, tmp_path):
+    card = make_card(repose={"wall_static_friction": 0.25})
+    (tmp_path / "yade_material.py").write_text(inputs(card)["yade_material.py"])
+    (tmp_path / "scene.py").write_text(YADE_SCENE.replace("OVERLAP", str(OVERLAP)))
+    result = subprocess.run(
+        ["yade", "-n", "-x", "scene.py"], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+    )
     assert result.returncode == 0, result.stderr
+    found = json.loads(result.stdout.splitlines()[-1])
+    assert found["force"] == pytest.approx(BETWEEN)
+    assert found["gears"] == pytest.approx((-MU_R * BETWEEN * RADIUS, MU_R * BETWEEN * RADIUS))
+    # to YADE a wall is a grain of the same size: R* = r/2; sliding acts on the arm r - d, rolling on r
+    assert found["wall force"] == pytest.approx(BETWEEN)
+    assert found["wall torque"] == pytest.approx(-(0.25 * (RADIUS - OVERLAP) + MU_R * RADIUS) * BETWEEN, rel=1e-3)
+    assert found["speeds"] == pytest.approx((-0.025, 0.025), rel=1e-3)  # restitution 0.5
 
 
 @pytest.mark.parametrize(

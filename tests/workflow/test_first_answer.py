@@ -84,6 +84,31 @@ def test_an_unknown_soil_is_refused(tmp_path, soil, message):
     assert message in snakemake(tmp_path, "-n", "first_answer", "--config", f"soil={soil}")
 
 
+def test_a_soil_file_with_a_gap_is_refused_before_anything_runs(tmp_path):
+    (tmp_path / "clay.yaml").write_text("cohesion_pa: {value: , source: unknown}\n")
+    output = snakemake(tmp_path, "first_answer", "-c1", "--config", "soil=clay.yaml")
+    assert "clay.yaml: cohesion_pa.value is None; allowed: a number." in output
+    assert "Traceback" not in output
+    assert "Job stats" not in output
+
+
+def test_make_shows_why_it_cannot_answer():
+    command = [
+        "make",
+        "-o",
+        "setup",
+        "-o",
+        ".venv/ready",
+        "first-answer",
+        f"BIN={Path(sys.executable).parent}",
+        "SOIL=green_cheese",
+    ]
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+    result = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+    assert result.returncode != 0
+    assert "there is no config/soils/green_cheese.yaml; existing soils: " in result.stdout + result.stderr
+
+
 def test_a_soil_without_a_case_has_equal_weights():
     cases = [{"case": "a", "soil": "sand", "weights": [1, 2, 3, 4]}]
     assert cases_of("sand", cases) == cases

@@ -1,6 +1,7 @@
 """Moving pictures and files for ParaView: they show the simulation that was run, grain by grain."""
 
 from types import SimpleNamespace
+from xml.etree import ElementTree
 
 import meshio
 import numpy as np
@@ -12,6 +13,7 @@ from PIL import Image
 import _animation
 import animate
 import grains_vtu
+from _paraview import write_series
 from _report_figures import base_point
 from _simulate import empty_grains, grain_table
 from _study import ROOT, base_simulation, experiment_settings, simulations
@@ -104,7 +106,8 @@ def test_each_experiment_is_filmed(experiment, tmp_path, monkeypatch):
     }
     settings["setup"] |= small[experiment]
     path = tmp_path / "film.gif"
-    getattr(animate, f"animate_{experiment}")(row, settings, str(path))
+    frames = getattr(animate, f"animate_{experiment}")(row, settings, str(path))
+    assert len(frames) == 4
     with Image.open(path) as film:
         assert film.n_frames == 4
 
@@ -118,6 +121,21 @@ def test_grains_for_paraview_are_read_back_as_they_were_stored(tmp_path):
     data = {name: values.tolist() for name, values in mesh.point_data.items()}
     assert data == {"radius_m": [1e-3] * 5, "speed_m_s": [0.0, 1.0, 2.0, 3.0, 4.0]}
     assert [(block.type, block.data.ravel().tolist()) for block in mesh.cells] == [("vertex", [0, 1, 2, 3, 4])]
+
+
+def test_a_film_for_paraview_names_its_files_with_their_times_and_holds_the_moving_grains(tmp_path):
+    places = np.random.default_rng(1).random((2, 5, 3))
+    moments = [(0.5, grains_at(places[0], places[1]), np.arange(5)), (0.625, grains_at(places[1, 1:]), np.arange(1, 5))]
+    write_series(tmp_path / "film.pvd", tmp_path / "film", moments)
+    index = ElementTree.parse(tmp_path / "film.pvd").getroot()
+    assert (index.tag, index.get("type")) == ("VTKFile", "Collection")
+    entries = [(float(entry.get("timestep")), entry.get("file")) for entry in index.iter("DataSet")]
+    assert [time_s for time_s, _ in entries] == [0.5, 0.625]
+    for (_, file), (_, grains, numbers) in zip(entries, moments, strict=True):
+        mesh = meshio.read(tmp_path / file)  # named as seen from the index's own folder
+        assert np.array_equal(mesh.points, grains.positions_m)
+        assert np.array_equal(mesh.point_data["velocity_m_s"], grains.velocities_m_s)
+        assert mesh.point_data["number"].tolist() == numbers.tolist()
 
 
 def test_a_failed_simulation_has_nothing_for_paraview_and_says_so(tmp_path):

@@ -1,4 +1,4 @@
-# What every rule file uses: the checked configuration, the design, batches of simulations, fingerprints of the code.
+# What the files of rules share: the checked configuration, the design, batches of simulations, fingerprints of the code.
 import sys
 from types import SimpleNamespace
 

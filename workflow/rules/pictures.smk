@@ -1,4 +1,4 @@
-# Not part of `all`: moving pictures of both tests at the base point, and stored grains for ParaView.
+# Not part of `all`: moving pictures of both tests at the base point, and files for ParaView: the same films, and stored grains.
 
 EXPERIMENTS = ["repose", "shear"]
 # the moments of each experiment of which the grains are stored
@@ -20,6 +20,8 @@ rule animate:
         kernels=f"{RESULTS}/kernels.txt",
     output:
         film=f"{RESULTS}/animations/{{experiment}}.gif",
+        series=f"{RESULTS}/animations/{{experiment}}.pvd",
+        moments=directory(f"{RESULTS}/animations/{{experiment}}"),
     log:
         f"{LOGS}/animations/{{experiment}}.log",
     params:
@@ -29,7 +31,7 @@ rule animate:
         ),
         engine=ENGINE,
     message:
-        "Simulate the base point's {wildcards.experiment} test once more and film it."
+        "Simulate the base point's {wildcards.experiment} test once more and film it, as a GIF and for ParaView."
     script:
         "../scripts/animate.py"
 
@@ -41,6 +43,7 @@ rule paraview:
             for experiment in EXPERIMENTS
             for moment in MOMENTS[experiment]
         ],
+        expand(f"{RESULTS}/animations/{{experiment}}.pvd", experiment=EXPERIMENTS),
 
 
 rule grains_vtu:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from _figures import draw_grains
 from _simulate import grain_table
-from dem import Box, Grains, Simulation, Wall
+from dem import Box, Grains, Simulation, Tube, Wall
 
 #: Pictures in a film, and how many are shown in a second.
 N_FRAMES = 60
@@ -89,7 +89,7 @@ def draw_wall(axes, wall: Wall) -> None:
     style = {"color": "black", "linewidth": 1.5}
     if isinstance(wall, Box):
         axes.plot([1e3 * wall.low_m[0], 1e3 * wall.high_m[0]], [1e3 * wall.low_m[2], 1e3 * wall.high_m[2]], **style)
-    else:
+    elif isinstance(wall, Tube):
         for side in (-1e3, 1e3):
             axes.plot([side * wall.radius_m] * 2, [1e3 * wall.bottom_m, 1e3 * wall.top_m], **style)
 

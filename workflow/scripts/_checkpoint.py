@@ -31,7 +31,7 @@ class Checkpoint:
         self.identity = json.dumps(identity, sort_keys=True)
         self.earlier_s = 0.0
         self.begun = self.saved = time.monotonic()
-        self.signal = None
+        self.signal: int | None = None
 
     @property
     def spent_s(self) -> float:

@@ -177,7 +177,8 @@ def surfaces(points: dict[str, pd.DataFrame], surrogates: dict, radius_m: float)
     panels = np.atleast_1d(figure.subplots(1, len(points), subplot_kw={"projection": "3d"}))
     for axes, (response, table) in zip(panels, points.items(), strict=True):
         column, surrogate = next(name for name in LABELS if name.startswith(response)), surrogates[response]
-        grids = (np.linspace(*surrogate.ranges[name], 25) for name in ("static_friction", "rolling_friction"))
+        ranges = (surrogate.ranges[name] for name in ("static_friction", "rolling_friction"))
+        grids = (np.linspace(low, high, 25) for low, high in ranges)
         s, r = np.meshgrid(*grids)
         field = surrogate.predict({"static_friction": s, "rolling_friction": r, "radius_m": np.full_like(s, radius_m)})
         axes.plot_surface(s, r, field, cmap="viridis", alpha=0.7, linewidth=0)
@@ -216,7 +217,7 @@ def iso_responses(calibration: pd.DataFrame, posterior: pd.DataFrame, equivalent
     ours = calibration[calibration["surrogate"] == "ours"]
     figure, panels = canvas(len(ours), width=max(5.0 * len(ours), 8.0), height=4.4)
     limits = next(iter(surrogates.values())).ranges
-    s, r = np.meshgrid(np.linspace(*limits["static_friction"], 90), np.linspace(*limits["rolling_friction"], 90))
+    s, r = np.meshgrid(*(np.linspace(low, high, 90) for low, high in (limits["static_friction"], limits["rolling_friction"])))
     for axes, (_, optimum) in zip(panels, ours.iterrows(), strict=False):
         own = posterior[posterior["case"] == optimum["case"]]
         axes.plot(own["static_friction"], own["rolling_friction"], ".", color="0.7", markersize=2.5, zorder=0)

@@ -275,9 +275,8 @@ def equation_table(surrogates) -> pd.DataFrame:
                 (response.replace("_", " "), f"f: {monomial(surrogate.grid_variables, powers)}", number(value, 2), number(other, 2))
             )
         for variable, factor in surrogate.g.items():
-            other = printed[response].g.get(variable)
+            published_g = printed[response].g.get(variable)
             names = ("1", "x", "x²") if factor.form == "quadratic" else ("−ln x",)
-            same = other is not None and other.form == factor.form
             for k, name in enumerate(names):
                 reference = f"x = {variable.removesuffix('_m')}/{factor.reference:g}"
                 rows.append(
@@ -285,7 +284,7 @@ def equation_table(surrogates) -> pd.DataFrame:
                         response.replace("_", " "),
                         f"g: {name}, {reference}",
                         number(factor.coefficients[k], 3),
-                        number(other.coefficients[k], 3) if same else "–",
+                        number(published_g.coefficients[k], 3) if published_g and published_g.form == factor.form else "–",
                     )
                 )
     return pd.DataFrame(rows, columns=["response", "term", "ours", "paper's"])

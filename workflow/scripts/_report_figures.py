@@ -49,7 +49,9 @@ def experiment_figures(config: dict, tables, states: dict, histories: dict, fram
             f"Four moments of the lift at {couple}: grains in the tube, flowing out under its rim, and at rest as a heap",
         ),
         "heap": Item(
-            _figures.heap(*heap, angle), moments(*heap), f"Grains in the tube and heap of {angle:.1f} degrees at {couple}"
+            _figures.heap(heap[0], heap[1], angle),
+            moments(*heap),
+            f"Grains in the tube and heap of {angle:.1f} degrees at {couple}",
         ),
         "shear_box": Item(
             _figures.shear_box(*slice_),

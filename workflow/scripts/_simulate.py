@@ -48,7 +48,8 @@ class Progress:
 
     def __init__(self):
         self.start = self.last = time.monotonic()
-        self.stage = self.first_step = None
+        self.stage: str | None = None
+        self.first_step: int | None = None
 
     def __call__(self, simulation, stage: str) -> None:
         """Report one look at the simulation."""
@@ -89,9 +90,10 @@ class Progress:
 
     def left(self, now: float, share: float | None) -> str:
         """Wall time until the stage ends, at the pace since its first look; empty where that cannot be said."""
-        if share is None or share >= 1.0 or share <= self.first[1]:
+        begun_s, begun = self.first or (now, None)
+        if share is None or begun is None or share >= 1.0 or share <= begun:
             return ""
-        seconds = (now - self.first[0]) * (1.0 - share) / (share - self.first[1])
+        seconds = (now - begun_s) * (1.0 - share) / (share - begun)
         return f", {'at least ' if self.stage == 'lift' else ''}{seconds:.0f} s left"
 
 
@@ -187,13 +189,15 @@ def run_batch(members: list, engine: str, output: dict[str, str], checkpoints: s
         returns {name of output: (schema, columns)} and the wall time in s.
     """
     files, kept = {name: Path(path).name for name, path in output.items()}, Path(checkpoints)
-    finished, folders, broken = Finished(files, kept, Path(output["run"]).parents[1]), {}, []
+    finished, broken = Finished(files, kept, Path(output["run"]).parents[1]), []
+    folders: dict[str, Path] = {}
     for number, (row, settings) in enumerate(members, 1):
         name, source = row["simulation_id"], provenance([(row, settings)], engine)
         print(f"simulation {name}: {number} of {len(members)}")
-        folders[name] = finished.folder(row, settings, engine)
-        if folders[name] is not None:
-            print(f"finished before, in {folders[name]}")
+        folder = finished.folder(row, settings, engine)
+        if folder is not None:
+            print(f"finished before, in {folder}")
+            folders[name] = folder
             continue
         checkpoint = Checkpoint(str(kept / f"{name}.npz"), interval_s, source)
         try:

@@ -163,14 +163,17 @@ def first_answer_soils(soil: str | None, config: dict) -> dict[str, str]:
     """Name -> soil file of what rule first_answer calibrates: one soil by its name or its file, or all soils of the study."""
     if soil is None:
         return dict(zip(config["soils"], soil_files(config), strict=True))
-    if Path(soil).suffix not in (".yaml", ".yml"):
-        return {soil: soil_files({"soils": [soil]})[0]}
-    if not Path(soil).is_file():
-        raise WorkflowError(f"soil: there is no file {soil}; allowed: a soil file (.yaml), or a name in config/soils.")
-    name = Path(soil).stem
+    path = soil if Path(soil).suffix in (".yaml", ".yml") else soil_files({"soils": [soil]})[0]
+    if not Path(path).is_file():
+        raise WorkflowError(f"soil: there is no file {path}; allowed: a soil file (.yaml), or a name in config/soils.")
+    name = Path(path).stem
     if not re.fullmatch(SOIL_NAME, name):
         raise WorkflowError(f"soil: the file's name is {name!r}; allowed: letters, digits, - and _, as it names the result.")
-    return {name: soil}
+    try:
+        measure_soil(path)
+    except CalibrationError as error:
+        raise WorkflowError(str(error)) from None
+    return {name: path}
 
 
 def raw_files(soils: list[str]) -> list[str]:

@@ -33,7 +33,7 @@ class TableError(ValueError):
 def load_schema(name: str) -> dict[str, dict]:
     """Rules of a table's columns, those of the schemas that it includes first."""
     schema = yaml.safe_load((SCHEMAS / f"{name}.yaml").read_text())
-    columns = {}
+    columns: dict[str, dict] = {}
     for other in schema.get("includes", ()):
         columns |= load_schema(other)
     return columns | schema["columns"]
@@ -91,7 +91,7 @@ def arrow_column(values: np.ndarray) -> pa.Array:
 
 
 @contextlib.contextmanager
-def readable(path: str):
+def readable(path: str | Path):
     """While inside, a file that is no Parquet is named in the error."""
     try:
         yield
@@ -149,13 +149,13 @@ def batch_results(runs, run_name: str, details, name: str, timings):
                 yield {**rows[simulation], "wall_time_s": seconds[simulation]}, frame
 
 
-def rows_of(path: str, simulation: str) -> pa.Table:
+def rows_of(path: str | Path, simulation: str) -> pa.Table:
     """One simulation's rows, by column simulation, or simulation_id in tables of one row each."""
     column = next(name for name in ("simulation", "simulation_id") if name in pq.read_schema(path).names)
     return pq.read_table(path, filters=[(column, "==", simulation)])
 
 
-def stack_tables(paths: dict[str, str], path: str, provenance: dict) -> None:
+def stack_tables(paths: dict[str, Path], path: str, provenance: dict) -> None:
     """Write one table from those of several simulations (simulation -> file), a row group for each, in the order given."""
     schemas = [pq.read_schema(file).remove_metadata() for file in dict.fromkeys(paths.values())]
     metadata = {METADATA_KEY: json.dumps(provenance, sort_keys=True).encode()}
@@ -183,7 +183,7 @@ def empty_table(name: str):
     return pd.DataFrame({column: pd.Series(dtype=kinds[rule["type"]]) for column, rule in load_schema(name).items()})
 
 
-def read_provenance(path: str) -> dict:
+def read_provenance(path: str | Path) -> dict:
     """The provenance in a table's metadata; empty if it has none."""
     with readable(path):
         metadata = pq.read_schema(path).metadata or {}

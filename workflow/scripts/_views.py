@@ -93,11 +93,12 @@ def selected(rows: pd.DataFrame, n_grains: dict[str, int], most: int = MOST_GRAI
 def grain_view(rows: pd.DataFrame, states: dict[str, tuple], periods_m: dict[str, float]) -> tuple[dict, str]:
     """What the 3D view offers, and a sentence on what it leaves out; rows: `labelled`; states: id -> grains before and after."""
     some = selected(rows, {name: len(after) for name, (_, after) in states.items()})
-    tests = {}
+    tests: dict[str, dict[str, list]] = {}
     for _, row in some.iterrows():
         name = row["simulation_id"]
         points = tests.setdefault(row["experiment"], {})
-        grains = snapshot(*states[name], periods_m.get(name, 0.0))
+        before, after = states[name]
+        grains = snapshot(before, after, periods_m.get(name, 0.0))
         points.setdefault(row["label"], []).append({"label": run_label(row), "id": name, "grains": grains})
     left_out = rows["simulation_id"].nunique() - some["simulation_id"].nunique()
     note = f"{some['simulation_id'].nunique()} simulations can be looked at."
@@ -127,7 +128,7 @@ def lift_view(frames: pd.DataFrame) -> list[dict]:
 
 def shear_view(rows: pd.DataFrame, histories: dict[str, pd.DataFrame]) -> dict:
     """Label of a point -> its shear curves; rows: `labelled`."""
-    view = {}
+    view: dict[str, list[dict]] = {}
     for _, row in rows[rows["experiment"] == "shear"].iterrows():
         history = histories.get(row["simulation_id"])  # a failed test has none
         if history is not None:
@@ -152,7 +153,8 @@ def shown_radii(design: dict, calibration: pd.DataFrame) -> np.ndarray:
 def surface_view(kinds: dict[str, dict], radii_m: np.ndarray, points: dict[str, pd.DataFrame]) -> dict:
     """Every response over the friction grid at some radii; kinds: name -> {response: surrogate}; points: what was simulated."""
     ranges = next(iter(kinds["ours"].values())).ranges
-    s, r = (np.linspace(*ranges[name], n) for name, n in zip(("static_friction", "rolling_friction"), SURFACE_POINTS, strict=True))
+    axes = ((*ranges[name], n) for name, n in zip(("static_friction", "rolling_friction"), SURFACE_POINTS, strict=True))
+    s, r = (np.linspace(low, high, n) for low, high, n in axes)
     grid = dict(zip(("static_friction", "rolling_friction"), np.meshgrid(s, r), strict=True))
     fields = {
         kind: {

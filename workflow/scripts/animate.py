@@ -1,7 +1,8 @@
-"""Adapt rule `animate` to the experiments: simulate once more, keeping what every look shows, and draw it."""
+"""Adapt rule `animate` to the experiments: simulate once more, keep what every look shows, draw it and write it for ParaView."""
 
 import _animation
 from _log import log_to
+from _paraview import write_series
 from _simulate import engine_of, soil_of
 from dem.experiments import angle_of_repose, direct_shear
 
@@ -16,7 +17,7 @@ def film_lift(row, settings):
 
 
 def animate_repose(row, settings, path):
-    """The tube is lifted off the heap; a cut through the middle, grains coloured by the layer in which they began."""
+    """The tube is lifted off the heap; a cut through the middle, grains coloured by the layer in which they began. The frames."""
     setup, film = film_lift(row, settings)
 
     def title(frame):
@@ -24,10 +25,11 @@ def animate_repose(row, settings, path):
         return f"tube lifted by {1e3 * lifted_m:.2f} mm, {lifted_m / setup.lift_speed_m_s:.3f} s"
 
     _animation.write_gif(path, film.shown(), _animation.layers(film.frames[0].grains), title, cut=True)
+    return film.shown()
 
 
 def animate_shear(row, settings, path):
-    """The lower frame moves under the upper one; grains keep the colour of the stripe in which they began."""
+    """The lower frame moves under the upper one; grains keep the colour of the stripe in which they began. The frames."""
     film = _animation.Film("shear")
     soil = soil_of(row)
     setup = direct_shear.Setup(normal_stress_pa=row["normal_stress_pa"], **settings["setup"])
@@ -39,9 +41,12 @@ def animate_shear(row, settings, path):
         return f"sheared by {1e3 * frame.walls['lower_left'].low_m[0]:.2f} mm under {setup.normal_stress_pa:g} Pa"
 
     _animation.write_gif(path, film.shown(), _animation.stripes(film.frames[0].grains), title)
+    return film.shown()
 
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
     animate = {"repose": animate_repose, "shear": animate_shear}[snakemake.wildcards.experiment]
-    animate(snakemake.params.row, snakemake.params.settings, snakemake.output.film)
+    frames = animate(snakemake.params.row, snakemake.params.settings, snakemake.output.film)
+    moments = [(frame.time_s, frame.grains, frame.numbers) for frame in frames]
+    write_series(snakemake.output.series, snakemake.output.moments, moments)

@@ -1,25 +1,18 @@
-"""Adapt rule `grains_vtu` to meshio: the grains of one stored moment as points for ParaView."""
-
-import meshio
-import numpy as np
+"""Adapt rule `grains_vtu` to `_paraview`: the grains of one stored moment."""
 
 from _log import log_to
+from _paraview import write_grains
 from _tables import TableError, read_simulation
 
 PLACES = ["x_m", "y_m", "z_m"]
 
 
 def main(grains_path, simulation, path):
-    """Each grain a vertex at its centre; every further column of numbers becomes data of the point."""
+    """Every column that is no place becomes data of the grains."""
     grains = read_simulation(grains_path, "grains", simulation).drop(columns="simulation")
     if grains.empty:
         raise TableError(f"{grains_path}: holds no grains of {simulation}, as it failed; run.parquet beside it says why.")
-    mesh = meshio.Mesh(
-        grains[PLACES].to_numpy(),
-        {"vertex": np.arange(len(grains))[:, None]},
-        point_data={name: grains[name].to_numpy() for name in grains.columns.drop(PLACES)},
-    )
-    mesh.write(path, file_format="vtu")
+    write_grains(path, grains[PLACES].to_numpy(), {name: grains[name].to_numpy() for name in grains.columns.drop(PLACES)})
 
 
 if __name__ == "__main__":

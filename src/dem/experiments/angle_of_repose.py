@@ -8,10 +8,12 @@ The plate has an edge: grains that roll over it leave, so soils that never come 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import cast
 
 from dem import Box, Factory, Grains, Simulation, SimulationError, Tube, TubeRegion
 from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.state import State, steps_in
+from dem.html import Rich
 
 #: Settling takes a few free-fall times of the column; after this many it goes on regardless (frictionless soils slosh for long).
 SETTLE_FALL_TIMES = 12.0
@@ -26,7 +28,7 @@ FLAT_HEIGHT_RATIO = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Setup:
+class Setup(Rich):
     """Geometry and protocol. Ratios are over scale_radius_m, which is the grain radius unless the geometry is fixed.
 
     max_time_s counts from the start of the lift. Frictions of None are those between grains; wall_ means plate and tube, unless
@@ -47,7 +49,7 @@ class Setup:
 
 
 @dataclass(frozen=True)
-class Heap:
+class Heap(Rich):
     """What the test leaves: status ("static", "time_limit" or "flat"), grains before the lift and at the end, counts.
 
     The energies are those of `dem.experiments.soil.energy_balance`.
@@ -104,7 +106,7 @@ def height_m(grains: Grains) -> float:
 
 def tube_is_clear(simulation: Simulation) -> bool:
     """Whether the tube's rim is above every grain."""
-    return simulation.wall("tube").bottom_m > height_m(simulation.grains)
+    return cast(Tube, simulation.wall("tube")).bottom_m > height_m(simulation.grains)
 
 
 def is_flat(grains: Grains, n_particles: int) -> bool:

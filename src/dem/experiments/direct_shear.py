@@ -12,12 +12,14 @@ Signs: `shear_force_n` is what the soil does to the lower frame along -x, positi
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
 from dem import ENDLESS_M, Box, BoxRegion, Drive, Factory, Grains, Simulation, SimulationError
 from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.state import State, steps_in
+from dem.html import Rich
 
 LOWER = ("floor", "lower_left", "lower_right", "lower_flange")
 UPPER = ("upper_left", "upper_right", "upper_flange")
@@ -36,7 +38,7 @@ GLUE_REACH_RATIO = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
-class Setup:
+class Setup(Rich):
     """Geometry and protocol; ratios are over scale_radius_m. The inertial number I sets the speed: U = I h / (d sqrt(rho/p)).
 
     preparation_friction_ratio multiplies the grains' friction during filling and consolidation: below 1 it gives a denser
@@ -70,7 +72,7 @@ class Setup:
 
 
 @dataclass(frozen=True)
-class Shear:
+class Shear(Rich):
     """What the test leaves: time series, grains before and after, counts. See `record` for the series' names."""
 
     history: dict[str, np.ndarray]
@@ -176,9 +178,14 @@ def start(soil: Soil, setup: Setup, engine: Engine, seed: int) -> State:
     return State(simulation, "consolidate", steps, {"n_particles": simulation.n_grains, "lid_height_m": math.inf})
 
 
+def lid_height_m(simulation: Simulation) -> float:
+    """Height of the lid's lower face."""
+    return cast(Box, simulation.wall("lid")).low_m[2]
+
+
 def lid_is_still(state: State, radius_m: float) -> bool:
     """Whether the lid has stopped moving since the last look."""
-    height, last = state.simulation.wall("lid").low_m[2], state.notes["lid_height_m"]
+    height, last = lid_height_m(state.simulation), state.notes["lid_height_m"]
     state.notes["lid_height_m"] = height
     return abs(height - last) < STILL_RATIO * radius_m and state.simulation.n_steps > 5000
 
@@ -186,7 +193,7 @@ def lid_is_still(state: State, radius_m: float) -> bool:
 def split(simulation: Simulation, setup: Setup) -> float:
     """Glue the outermost layers, replace the whole walls by two frames that meet at mid-height; returns that height in m."""
     grains = simulation.grains
-    top, height = simulation.wall("lid").low_m[2], grains.positions_m[:, 2]
+    top, height = lid_height_m(simulation), grains.positions_m[:, 2]
     reach = (1.0 + GLUE_REACH_RATIO) * grains.radii_m
     simulation.glue(np.flatnonzero(height < reach), "floor")
     simulation.glue(np.flatnonzero(height > top - reach), "lid")
@@ -221,7 +228,7 @@ def record(simulation: Simulation, setup: Setup, mid: float, displacement: float
         "shear_stress_pa": shear_force / setup.area_m2,
         "applied_normal_stress_pa": setup.normal_stress_pa,
         "plane_normal_stress_pa": (carried + weight) / setup.area_m2,
-        "lid_height_m": simulation.wall("lid").low_m[2],
+        "lid_height_m": lid_height_m(simulation),
     }
 
 
@@ -238,7 +245,7 @@ def shear(state: State, soil: Soil, setup: Setup) -> None:
         simulation.set_interaction("soil", other, soil.interaction())
     state.notes |= {
         "mid_m": split(simulation, setup),
-        "top_m": simulation.wall("lid").low_m[2],
+        "top_m": lid_height_m(simulation),
         "start_time_s": simulation.time_s,
         "samples": [],
         "max_overlap_ratio": 0.0,

@@ -4,10 +4,11 @@ import math
 from dataclasses import dataclass
 
 from dem import Interaction, Material, Simulation, Sizes
+from dem.html import Rich
 
 
 @dataclass(frozen=True, kw_only=True)
-class Soil:
+class Soil(Rich):
     """Grain parameters of the paper's Table 2, plus the spread of the radii. Units are in the names."""
 
     radius_m: float
@@ -46,7 +47,7 @@ class Soil:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Engine:
+class Engine(Rich):
     """Numerical settings common to both experiments; the names are those of `dem.Simulation`."""
 
     rolling_model: str = "type_a"

@@ -26,6 +26,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dem.html import Rich
+
 #: Part of the heap's height through which the line is fitted.
 BAND_RATIOS = (0.2, 0.8)
 
@@ -73,7 +75,7 @@ class Flank:
 
 
 @dataclass(frozen=True, kw_only=True)
-class HeapShape:
+class HeapShape(Rich):
     """Angles of repose, their spread over azimuth, and height of one heap; all angles are 0 where `is_flat`.
 
     `angle_azimuth_sd_deg` is over the 12 sectors of the profile, `silhouette_azimuth_sd_deg` over the 72 flanks seen.
@@ -173,7 +175,8 @@ def _flank_of(positions, radii, curves_of):
         return Flank(angle_deg=0.0, azimuth_sd_deg=0.0, height=0.0, stands=False)
     unit = radii.mean()
     grains, reach, n_standing = _centred(positions / unit, radii / unit)
-    flank = fit_flank(*curves_of(grains, reach), grain_diameter=2.0)
+    distance, heights = curves_of(grains, reach)
+    flank = fit_flank(distance, heights, grain_diameter=2.0)
     stands = flank.stands and n_standing >= MIN_STANDING_GRAINS
     return Flank(
         angle_deg=flank.angle_deg if stands else 0.0,

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dem.html import Rich
+
 #: Window of the running mean, as a part of all samples. A peak over which the stress rises and falls as a parabola
 #: within 30 % of the displacement on each side loses 1 % of its height; 100 samples with a noise of 5 % raise
 #: it by 3 %, where the highest single sample would be 12 % too high.
@@ -27,7 +29,7 @@ class HistoryError(ValueError):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ShearStrength:
+class ShearStrength(Rich):
     """Shear stresses at peak and plateau, each with the normal stress on the shear plane over the same samples.
 
     `plane_normal_stress_pa` belongs to the plateau. `plateau_shear_stress_sd_pa` is the standard deviation of the

@@ -69,7 +69,7 @@ PLATEAU_WINDOW = 0.5
 UNITS = {"angle of repose": "deg", "filled height": "grain radii", "shear strength": "-", "radius in the rolling torque": "r"}
 
 
-def heap_values(model: str, soil: Soil, seed: int, folder: Path) -> dict[str, float]:
+def heap_values(model: str, soil: Soil, seed: int, folder: Path) -> dict[str, float | str]:
     """Angle of repose in degrees, and mean height of the grains in the filled tube in grain radii."""
     if model == PEER:
         made = heap.run(folder, soil, HEAP, HEAP_ENGINE, seed)
@@ -80,7 +80,7 @@ def heap_values(model: str, soil: Soil, seed: int, folder: Path) -> dict[str, fl
     return {"angle of repose": shape.angle_profile_deg, "filled height": filled, "status": made.status}
 
 
-def shear_values(model: str, soil: Soil, seed: int, folder: Path) -> dict[str, float]:
+def shear_values(model: str, soil: Soil, seed: int, folder: Path) -> dict[str, float | str]:
     """Plateau shear stress over the normal stress on the shear plane. LIGGGHTS shears the specimen that type C consolidated."""
     engine = replace(SHEAR_ENGINE, rolling_model="type_c" if model == PEER else model)
     ours = direct_shear.run(soil, SHEAR, engine, seed)
@@ -88,11 +88,12 @@ def shear_values(model: str, soil: Soil, seed: int, folder: Path) -> dict[str, f
     if model == PEER:
         dt = direct_shear.build(soil, SHEAR, engine, seed).time_step_s
         history = shear.run(folder, soil, SHEAR, engine, ours, dt)
-    plateau = strength(*(history[name] for name in ("displacement_m", "shear_stress_pa", "plane_normal_stress_pa")), PLATEAU_WINDOW)
+    stresses = history["shear_stress_pa"], history["plane_normal_stress_pa"]
+    plateau = strength(history["displacement_m"], *stresses, plateau_window=PLATEAU_WINDOW)
     return {"shear strength": plateau.plateau_shear_stress_pa / plateau.plane_normal_stress_pa, "status": "sheared"}
 
 
-def contact_values(model: str, sense: str, folder: Path) -> dict[str, float]:
+def contact_values(model: str, sense: str, folder: Path) -> dict[str, float | str]:
     """Radius in the rolling torque over the grain radius."""
     speed = contact.SENSES[sense]
     ratio = contact.peers(folder, speed) if model == PEER else contact.ours(model, speed)

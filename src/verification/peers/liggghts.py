@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 from pathlib import Path
+from typing import IO, cast
 
 import numpy as np
 
@@ -158,6 +159,7 @@ class Liggghts:
             stderr=subprocess.STDOUT,
             text=True,
         )
+        self.input, self.output = cast(IO[str], self.process.stdin), cast(IO[str], self.process.stdout)
         self.send(lines)
 
     def __enter__(self):
@@ -170,16 +172,16 @@ class Liggghts:
     def send(self, lines: list[str]) -> None:
         """Give it commands."""
         try:
-            self.process.stdin.write("\n".join(lines) + "\n")
-            self.process.stdin.flush()
+            self.input.write("\n".join(lines) + "\n")
+            self.input.flush()
         except BrokenPipeError:
-            raise PeerError(f"{NAME} stopped:\n{self.process.stdout.read()[-2000:]}") from None
+            raise PeerError(f"{NAME} stopped:\n{self.output.read()[-2000:]}") from None
 
     def run(self, n_steps: int) -> dict[str, float]:
         """Let it make so many steps; the last row of its thermo table."""
         self.send([f"run {n_steps}"])
         seen = []
-        for line in self.process.stdout:
+        for line in self.output:
             seen.append(line)
             if LOOP_TIME.match(line):
                 return last_thermo(seen)

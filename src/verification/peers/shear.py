@@ -11,9 +11,11 @@ began. The plates with their glued grains are built from plain fixes:
 
 import math
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
+from dem import Drive
 from dem.experiments import direct_shear
 from dem.experiments.soil import Engine, Soil
 from verification.peers.liggghts import MODEL, Liggghts, data_text, header_lines, material_lines, mesh_text, rectangle
@@ -74,7 +76,7 @@ def input_lines(
     ends = (-6.0 * scale, setup.length_m + room)
     box = [(ends[0] - room, ends[1] + room), (0.0, setup.width_m), (-4.0 * scale, specimen.top_m + 8.0 * scale)]
     n, n_floor, n_lid = len(specimen.radii_m), specimen.n_floor, specimen.n_lid
-    drive = direct_shear.lid(soil, setup, n, specimen.top_m).drive
+    drive = cast(Drive, direct_shear.lid(soil, setup, n, specimen.top_m).drive)
     density = np.full(n, soil.density_kg_m3)
     density[:n_floor] *= HEAVY
     grain_kg = soil.density_kg_m3 * 4.0 / 3.0 * math.pi * soil.radius_m**3

@@ -1,0 +1,81 @@
+"""`make new-study`: a beginner's files are valid, say what is missing, and overwrite nothing."""
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+import yaml
+from snakemake.utils import update_config
+
+import new_study
+from _study import ROOT, check_config
+from calibration import CalibrationError, measure_soil
+
+DEFAULT = (ROOT / "config" / "config.yaml").read_text()
+
+
+@pytest.fixture
+def project(tmp_path):
+    """A project's configuration, to be written to."""
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    return tmp_path
+
+
+def uncommented(path: Path) -> str:
+    """A starter file with every suggested line in force; prose has a blank after its #."""
+    return re.sub(r"^#(?! \S)", "", path.read_text(), flags=re.MULTILINE)
+
+
+def test_a_study_of_a_known_soil_is_ready_to_run(project):
+    (path,) = new_study.start(project, "moon", "lunar_regolith")
+    config = yaml.safe_load(DEFAULT)
+    update_config(config, yaml.safe_load(path.read_text()))
+    check_config(config)
+    assert (config["study"], config["soils"]) == ("moon", ["lunar_regolith"])
+    assert [case["soil"] for case in config["optimise"]["cases"]] == ["lunar_regolith"]
+
+
+def test_the_suggested_lines_are_valid_and_change_nothing_as_they_stand(project):
+    (path,) = new_study.start(project, "moon", "lunar_regolith")
+    own, default = yaml.safe_load(uncommented(path)), yaml.safe_load(DEFAULT)
+    config = yaml.safe_load(DEFAULT)
+    update_config(config, own)
+    check_config(config)
+    assert {"material", "engine", "design", "refine"} <= set(own)
+    assert {key: config[key] for key in config if key not in ("study", "soils", "optimise")} == {
+        key: default[key] for key in default if key not in ("study", "soils", "optimise")
+    }
+
+
+def test_a_soil_of_ones_own_is_refused_until_it_is_filled_in(project):
+    _, soil = new_study.start(project, "my_sand")
+    with pytest.raises(CalibrationError, match=r"my_sand.yaml: cohesion_pa.value is None; allowed: a number"):
+        measure_soil(soil)
+    soil.write_text(re.sub("value: , standard_uncertainty: ,", "value: 33.0, standard_uncertainty: 1.0,", soil.read_text()))
+    assert measure_soil(soil)["value"].tolist() == [33.0] * 3
+
+
+def test_the_suggested_shear_box_file_is_understood(project):
+    _, soil = new_study.start(project, "my_sand")
+    shutil.copy(project / "config/soils/example/shear_box.csv", soil.with_suffix(".csv"))
+    lines = uncommented(soil).replace("value: , standard_uncertainty: ,", "value: 33.0,").splitlines()
+    soil.write_text("\n".join(line for line in lines if not line.startswith(("cohesion", "friction"))))
+    assert set(measure_soil(soil)["property"]) == {"cohesion", "friction_angle", "angle_of_repose"}
+
+
+@pytest.mark.parametrize(
+    ("study", "soil", "message"),
+    [
+        ("my sand", None, "STUDY is 'my sand'; allowed: letters, digits, - and _"),
+        ("", None, "STUDY is ''"),
+        ("moon", "cheese", "SOIL is 'cheese'; allowed: lunar_regolith, silica_barco_sand, or none"),
+        ("paper", None, "config/paper.yaml exists already and is left as it is"),
+        ("lunar_regolith", None, "config/soils/lunar_regolith.yaml exists already"),
+    ],
+)
+def test_what_cannot_be_is_refused_and_nothing_is_written(project, study, soil, message):
+    before = {path: path.read_bytes() for path in project.rglob("*.yaml")}
+    with pytest.raises(SystemExit, match=re.escape(message)):
+        new_study.start(project, study, soil)
+    assert {path: path.read_bytes() for path in project.rglob("*.yaml")} == before
