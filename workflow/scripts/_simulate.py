@@ -7,6 +7,7 @@ import traceback
 import numpy as np
 
 from _checkpoint import Checkpoint
+from _files import write_text
 from _provenance import versions
 from dem import SimulationError
 from dem.experiments import angle_of_repose, direct_shear
@@ -134,5 +135,4 @@ def recorded(run, soil, setup, engine, seed: int, checkpoint: Checkpoint):
 
 def write_timing(path: str, seconds: float) -> None:
     """The only output that differs from run to run: how long it took."""
-    with open(path, "w", encoding="utf-8") as file:
-        json.dump({"wall_time_s": seconds}, file)
+    write_text(path, json.dumps({"wall_time_s": seconds}))

@@ -15,10 +15,23 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import yaml
 
+from _files import whole
+
 SCHEMAS = Path(__file__).resolve().parents[1] / "schemas"
 METADATA_KEY = b"virtual_soil"
 
 KINDS = {"string": "OTU", "integer": "iu", "number": "fiu", "boolean": "b"}
+#: The same for a file's columns, of which one without any value has no type.
+FILE_TYPES = {
+    "string": (pa.types.is_string, pa.types.is_large_string, pa.types.is_null),
+    "integer": (pa.types.is_integer,),
+    "number": (pa.types.is_integer, pa.types.is_floating, pa.types.is_null),
+    "boolean": (pa.types.is_boolean,),
+}
+#: How the readers of Parquet and JSON say that a file is damaged, or none of theirs.
+UNREADABLE = (pa.ArrowException, OSError, ValueError, TypeError, KeyError, OverflowError, RecursionError)
+#: What to do with a result that is not as it was written.
+ADVICE = "Delete it and run again."
 
 
 class TableError(ValueError):
@@ -73,7 +86,8 @@ def write_table(table, path: str, name: str, provenance: dict) -> None:
     else:
         arrow = pa.Table.from_pandas(table, preserve_index=False)
     metadata = {**(arrow.schema.metadata or {}), METADATA_KEY: json.dumps(provenance, sort_keys=True).encode()}
-    pq.write_table(arrow.replace_schema_metadata(metadata), path, compression="zstd")
+    with whole(path) as part:
+        pq.write_table(arrow.replace_schema_metadata(metadata), part, compression="zstd")
 
 
 def arrow_column(values: np.ndarray) -> pa.Array:
@@ -86,13 +100,62 @@ def arrow_column(values: np.ndarray) -> pa.Array:
     return pa.Array.from_buffers(kind[0], len(values), [None, pa.py_buffer(np.ascontiguousarray(values, kind[1]))])
 
 
-def read_table(path: str, name: str):
-    """Read a table and check it (DataFrame); a file that is no Parquet is named in the error."""
+def read_table(path: str, name: str, simulation: str | None = None):
+    """Read a table and check it (DataFrame).
+
+    simulation : the identifier of the simulation that must have made it, where the path alone does not prove it.
+    Raises TableError naming the file, what is wrong and what to do.
+    """
     try:
-        frame = pq.ParquetFile(path).read().to_pandas()
-    except (pa.ArrowInvalid, OSError) as error:
-        raise TableError(f"{path}: not a readable Parquet file ({error}).") from error
-    return check_table(frame, name, str(path))
+        with pq.ParquetFile(path) as file:
+            check_types(file.schema_arrow, name, str(path))
+            made_by = provenance_in(file.schema_arrow, str(path)).get("design") if simulation else None
+            frame = file.read().to_pandas(ignore_metadata=True)
+        if simulation and (not isinstance(made_by, dict) or made_by.get("simulation_id") != simulation):
+            raise TableError(f"{path}: made by another simulation than {simulation}.")
+        return check_table(frame, name, str(path))
+    except TableError as error:
+        raise TableError(f"{error} {ADVICE}") from None
+    except UNREADABLE as error:
+        raise TableError(f"{path}: not a readable Parquet file ({one_line(error)}). {ADVICE}") from error
+
+
+def check_types(schema: pa.Schema, name: str, source: str) -> None:
+    """Check that every column of schema `name` is in a file once, with values of its type."""
+    rules = load_schema(name)
+    for column, rule in rules.items():
+        n = len(schema.get_all_field_indices(column))
+        if n != 1:
+            found = "missing" if n == 0 else f"there {n} times"
+            raise TableError(f"{source}: column {column!r} is {found}; a {name} table has {', '.join(rules)}.")
+        kind = schema.field(column).type
+        if not any(fits(kind) for fits in FILE_TYPES[rule["type"]]):
+            raise TableError(f"{source}: column {column!r} holds {kind}; allowed: {rule['type']}.")
+
+
+def one_line(error: Exception) -> str:
+    """What a library says of a fault, without line breaks and not at length."""
+    return " ".join(str(error).split())[:200] or type(error).__name__
+
+
+def read_run(path: str, name: str) -> dict:
+    """The one row in which the simulation whose folder the file is in says how it went; raises what `read_table` raises."""
+    simulation = Path(path).parent.name
+    rows = read_table(path, name, simulation).to_dict("records")
+    if len(rows) != 1 or rows[0]["simulation_id"] != simulation:
+        raise TableError(f"{path}: {len(rows)} rows; allowed: one, of simulation {simulation}. {ADVICE}")
+    return rows[0]
+
+
+def read_timing(path: str) -> dict[str, float]:
+    """What a simulation noted of its wall time; raises TableError for a file that says nothing of it."""
+    try:
+        seconds = json.loads(Path(path).read_text(encoding="utf-8"))["wall_time_s"]
+        if isinstance(seconds, bool) or not 0.0 <= seconds < np.inf:
+            raise ValueError(f"wall_time_s is {seconds}")
+    except UNREADABLE as error:
+        raise TableError(f"{path}: not the wall time of a simulation ({one_line(error)}). {ADVICE}") from error
+    return {"wall_time_s": seconds}
 
 
 def read_all(paths, name: str):
@@ -114,5 +177,15 @@ def empty_table(name: str):
 
 def read_provenance(path: str) -> dict:
     """The provenance in a table's metadata; empty if it has none."""
-    metadata = pq.read_schema(path).metadata or {}
-    return json.loads(metadata.get(METADATA_KEY, b"{}"))
+    return provenance_in(pq.read_schema(path), str(path))
+
+
+def provenance_in(schema: pa.Schema, source: str) -> dict:
+    """The provenance in a file's metadata; raises TableError where that is something else."""
+    try:
+        found = json.loads((schema.metadata or {}).get(METADATA_KEY, b"{}"))
+    except UNREADABLE as error:
+        raise TableError(f"{source}: where it comes from cannot be read ({one_line(error)}).") from error
+    if not isinstance(found, dict):
+        raise TableError(f"{source}: where it comes from is {type(found).__name__}; allowed: a mapping.")
+    return found

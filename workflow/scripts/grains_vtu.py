@@ -3,6 +3,7 @@
 import meshio
 import numpy as np
 
+from _files import whole
 from _log import log_to
 from _tables import TableError, read_table
 
@@ -19,7 +20,8 @@ def main(grains_path, path):
         {"vertex": np.arange(len(grains))[:, None]},
         point_data={name: grains[name].to_numpy() for name in grains.columns.drop(PLACES)},
     )
-    mesh.write(path, file_format="vtu")
+    with whole(path) as part:
+        mesh.write(part, file_format="vtu")
 
 
 if __name__ == "__main__":

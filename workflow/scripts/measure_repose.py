@@ -1,11 +1,9 @@
 """Adapt rule `measure_repose` to `dem.measure.heap`."""
 
-import json
-
 import pandas as pd
 
 from _log import log_to
-from _tables import empty_table, read_table, write_table
+from _tables import empty_table, read_run, read_table, read_timing, write_table
 from dem.measure.heap import measure_heap
 
 NOTHING = {"angle_profile_deg": None, "angle_silhouette_deg": None, "angle_azimuth_sd_deg": None, "heap_height_m": None}
@@ -15,7 +13,7 @@ def measured(run: dict, grains_path: str) -> dict:
     """A run's row with its angles; a run without a heap to measure has none, one with nothing standing has 0."""
     if run["status"] == "failed":
         return {**run, **NOTHING}
-    grains = read_table(grains_path, "grains")
+    grains = read_table(grains_path, "grains", simulation=run["simulation_id"])
     if run["status"] == "flat":
         return {**run, **dict.fromkeys(NOTHING, 0.0)}
     shape = measure_heap(grains[["x_m", "y_m", "z_m"]].to_numpy(), grains["radius_m"].to_numpy())
@@ -27,9 +25,8 @@ def main(files, estimator, provenance, output):
     design = read_table(files.design, "design")
     rows = []
     for run_path, grains_path, timing_path in zip(files.runs, files.grains, files.timings, strict=True):
-        run = read_table(run_path, "repose_run").to_dict("records")[0]
-        with open(timing_path, encoding="utf-8") as file:
-            rows.append({**measured(run, grains_path), **json.load(file)})
+        run = read_run(run_path, "repose_run")
+        rows.append({**measured(run, grains_path), **read_timing(timing_path)})
     if not rows:  # a round in which every case is settled
         write_table(empty_table("repose"), output, "repose", provenance)
         return

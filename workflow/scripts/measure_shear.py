@@ -1,12 +1,11 @@
 """Adapt rule `measure_shear` to `dem.measure.shear`."""
 
-import json
 import math
 
 import pandas as pd
 
 from _log import log_to
-from _tables import empty_table, read_table, write_table
+from _tables import empty_table, read_run, read_table, read_timing, write_table
 from dem.measure.shear import strength
 
 #: The plateau is the mean over this last fraction of the displacement.
@@ -18,7 +17,7 @@ def measured(run: dict, history_path: str) -> dict:
     """A run's row with its strengths and its dilation; a failed run has none."""
     if run["status"] == "failed":
         return {**run, **dict.fromkeys((*STRENGTHS, "dilation_m"), math.nan)}
-    history = read_table(history_path, "shear_history")
+    history = read_table(history_path, "shear_history", simulation=run["simulation_id"])
     columns = (history[name].to_numpy() for name in ("displacement_m", "shear_stress_pa", "plane_normal_stress_pa"))
     result = strength(*columns, PLATEAU_WINDOW)
     dilation = history["lid_height_m"].iloc[-1] - history["lid_height_m"].iloc[0]
@@ -29,9 +28,8 @@ def main(files, provenance, output):
     design = read_table(files.design, "design")
     rows = []
     for run_path, history_path, timing_path in zip(files.runs, files.histories, files.timings, strict=True):
-        run = read_table(run_path, "shear_run").to_dict("records")[0]
-        with open(timing_path, encoding="utf-8") as file:
-            rows.append({**measured(run, history_path), **json.load(file)})
+        run = read_run(run_path, "shear_run")
+        rows.append({**measured(run, history_path), **read_timing(timing_path)})
     table = design.merge(pd.DataFrame(rows), on="simulation_id", validate="one_to_one") if rows else empty_table("shear")
     write_table(table, output, "shear", provenance)
 

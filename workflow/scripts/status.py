@@ -11,10 +11,9 @@ import time
 from collections import Counter
 from pathlib import Path
 
-import pyarrow as pa
 import pyarrow.parquet as pq
 
-from _tables import METADATA_KEY
+from _tables import METADATA_KEY, UNREADABLE, one_line
 
 ROOT = Path(__file__).resolve().parents[2]
 NAMES = {"repose": "heaps", "shear": "shear tests"}
@@ -31,8 +30,8 @@ def read_rows(path: Path, columns: list[str]) -> list[dict]:
     """Rows of a table; exits with one line naming the file when it is no table with these columns."""
     try:
         return pq.ParquetFile(path).read(columns=columns).select(columns).to_pylist()
-    except (pa.ArrowException, KeyError, OSError) as error:
-        raise SystemExit(f"{path}: not a readable table with {', '.join(columns)} ({error}).") from None
+    except UNREADABLE as error:
+        raise SystemExit(f"{path}: not a readable table with {', '.join(columns)} ({one_line(error)}).") from None
 
 
 def planned(results: Path) -> dict[str, dict]:
@@ -62,7 +61,7 @@ def looked_up(row: dict, results: Path, logs: Path, now: float) -> dict:
         return {"state": state, "note": run["reason"], "wall_time_s": seconds, **made}
     except FileNotFoundError:
         return without_result(log, now)
-    except (pa.ArrowException, OSError, ValueError, KeyError, IndexError) as error:
+    except (*UNREADABLE, IndexError) as error:
         return {"state": "failed", "note": f"{folder}: unreadable result ({type(error).__name__})"}
 
 
@@ -81,7 +80,7 @@ def without_result(log: Path, now: float) -> dict:
         return {"state": "waiting", "note": ""}
     lines = log.read_text(errors="replace").splitlines()
     last = lines[-1] if lines else ""
-    if any(line.startswith("Traceback") for line in lines):
+    if any(line.startswith(("Traceback", "error: ")) for line in lines):
         return {"state": "failed", "note": f"{log}: {last}"}
     return {"state": "running" if now - log.stat().st_mtime < SILENT_S else "stopped", "note": last}
 
