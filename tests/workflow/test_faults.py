@@ -28,7 +28,7 @@ ROOT = Path(__file__).parents[2]
 TRIES = int(os.environ.get("VIRTUAL_SOIL_FAULT_TRIES", "1"))
 RESULTS = Path("results") / "tiny"
 #: What the simulations are reduced to; everything behind it depends on their tables alone.
-MEASURED = [str(RESULTS / name) for name in ("repose.parquet", "strength.parquet")]
+MEASURED = [str(RESULTS / name) for name in ("repose.parquet", "shear.parquet", "strength.parquet")]
 #: Tables in which wall times stand, which differ from run to run.
 TIMED = ("repose.parquet", "shear.parquet", "acceleration.parquet")
 
@@ -91,7 +91,7 @@ def essence(project: Path) -> dict[str, bytes]:
             table = pq.read_table(path)
             found[name] = table.drop_columns([column for column in table.column_names if "wall_time" in column])
         elif path.name == "report.html":
-            found[name] = re.sub(r"[\d.]+ (core )?min|<td>[\d.]+ / [\d.]+</td>", "", path.read_text())
+            found[name] = re.sub(r"in [\d.]+ core-minutes|<td>[\d.]+ / [\d.]+</td>", "", path.read_text())
         elif path.name != "timing.json":
             found[name] = path.read_bytes()
     return found
@@ -184,24 +184,23 @@ def mounted():
 
 @pytest.mark.parametrize("seed", range(TRIES))
 def test_snakemake_is_killed_at_a_random_moment(reference, project, seed):
-    folders = forget(project, 2)
-    head = started(project, "all")
-    jobs = running(head, project)
-    assert jobs
-    time.sleep(np.random.default_rng(seed).uniform(0.0, 3.0))
+    targets = MEASURED if seed else ["all"]
+    forget(project, 2)
+    head = started(project, *targets)
+    assert running(head, project)
+    time.sleep(np.random.default_rng(seed).uniform(0.0, 2.0))
     jobs = psutil.Process(head.pid).children()
     head.kill()
     head.wait()
-    assert not psutil.wait_procs(jobs, timeout=20)[1]  # nobody works on for a head that is gone
+    assert not psutil.wait_procs(jobs, timeout=60)[1]  # nobody works on for a head that is gone
     nothing_partial(project, reference)
-    status, output = ended(project, "all")
-    if status:
-        assert "LockException" in output
-        assert "--unlock" in output
-    reruns(project, "all")
+    status, output = ended(project, *targets)
+    assert status != 0
+    assert "--unlock" in output
+    reruns(project, *targets)
     same(project, reference)
-    assert differences(project / RESULTS) == []
-    assert all(folder.is_dir() for folder in folders)
+    if seed == 0:
+        assert differences(project / RESULTS) == []
 
 
 @pytest.mark.parametrize("seed", range(TRIES))
