@@ -269,7 +269,8 @@ def emptied(path):
 
 
 def of_another_program(path):
-    pq.write_table(pq.read_table(path).rename_columns(lambda name: f"{name}_"), path)
+    table = pq.read_table(path)
+    pq.write_table(table.rename_columns([f"{name}_" for name in table.column_names]), path)
 
 
 def of_another_simulation(path):
