@@ -84,6 +84,9 @@ bench-quick: setup  ## speed of the engine alone, in under 45 s
 bench-scale: setup  ## cost per grain from 3000 to 300 000 grains; one large simulation on several threads
 	$(BIN)/python benchmarks/scale.py
 
+bench-planning: setup  ## what planning 30 to 5000 simulations takes, and what a job costs beside its simulation
+	$(BIN)/python benchmarks/planning.py --run 300
+
 verify-peers: setup  ## heap, shear test and rolling contact beside LIGGGHTS (apt-get install liggghts)
 	$(BIN)/python -m verification.peers --cores $(CORES)
 
@@ -102,4 +105,4 @@ help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## */\1\t/' | expand -t 12
 
 .PHONY: campaign status new-study setup test test-slurm lint format smoke paper reference twin first-answer verify-results verify \
-	verify-peers paper-optima bench bench-quick bench-scale notebook docs lock help
+	verify-peers paper-optima bench bench-quick bench-scale bench-planning notebook docs lock help

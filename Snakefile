@@ -33,3 +33,13 @@ rule all:
         f"{RESULTS}/calibration.parquet",
         expand(f"{RESULTS}/export/{{case}}/material.json", case=CASES),
         f"{RESULTS}/manifest.sha256",
+        # what only stands between two files that are there, Snakemake does not miss; these a damaged simulation takes with it
+        expand(
+            f"{RESULTS}{{stage}}/{{table}}.parquet",
+            stage=[
+                "",
+                *(f"/rounds/{k}" for k in range(1, ROUNDS + 1)),
+                "/verification",
+            ],
+            table=["repose", "shear"],
+        ),

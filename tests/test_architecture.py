@@ -37,6 +37,18 @@ def test_packages_know_only_what_lies_below_them(package, forbidden):
         assert not forbidden & set(imported(path)), path
 
 
+def test_no_array_is_read_as_a_pickle():
+    """Ruff's rules for pickles, eval and unsafe YAML do not know this door."""
+    files = [path for folder in ("src", "workflow", "benchmarks", "docs") for path in (SRC.parent / folder).rglob("*.py")]
+    assert files
+    for path in files:
+        keywords = [node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.keyword)]
+        opened = [
+            k for k in keywords if k.arg == "allow_pickle" and not (isinstance(k.value, ast.Constant) and k.value.value is False)
+        ]
+        assert not opened, path
+
+
 def test_numba_is_imported_in_one_place():
     # An import elsewhere could come first, before jit.py has set numba's environment (cache folder, vectoriser).
     importers = [path.name for path in (SRC / "dem").rglob("*.py") if "numba" in set(imported(path))]

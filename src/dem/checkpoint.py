@@ -7,8 +7,6 @@ name first and then renamed, so that a file under its own name is whole; the arc
 import io
 import json
 import os
-import zipfile
-import zlib
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -38,16 +36,19 @@ def save(simulation: Simulation, path: str | Path, notes: dict | None = None) ->
     notes: what the caller wants to find again beside it (`load_with_notes`); name -> array, or a plain value that JSON can hold.
     """
     path, notes = Path(path), notes or {}
-    part = path.with_name(path.name + ".part")
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")  # its own, should two processes save the same
     noted = {f"{NOTE}{name}": value for name, value in notes.items() if isinstance(value, np.ndarray)}
     plain = {name: value for name, value in notes.items() if not isinstance(value, np.ndarray)}
     description = json.dumps(description_of(simulation) | {"notes": plain})
     arrays: dict[str, Any] = {**arrays_of(simulation), **noted, "description": np.array(description)}
-    with open(part, "wb") as file:
-        np.savez(file, **arrays)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(part, path)
+    try:
+        with open(part, "wb") as file:
+            np.savez(file, **arrays)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def load(path: str | Path) -> Simulation:
@@ -67,12 +68,15 @@ def load_with_notes(path: str | Path) -> tuple[Simulation, dict]:
         with np.load(content, allow_pickle=False) as archive:
             arrays = dict(archive)
             description = json.loads(str(arrays.pop("description")))
-    except (zipfile.BadZipFile, zlib.error, ValueError, KeyError, EOFError, OSError) as error:
-        raise CheckpointError(f"{path} is no readable checkpoint ({error}); delete it to begin anew.") from error
-    if description.get("engine") != source_hash():
-        raise CheckpointError(f"{path} was written by another version of the engine; delete it to begin anew.")
-    noted = {name.removeprefix(NOTE): arrays.pop(name) for name in list(arrays) if name.startswith(NOTE)}
-    return restored(description, arrays), description["notes"] | noted
+        if description["engine"] != source_hash():
+            raise CheckpointError(f"{path} was written by another version of the engine; delete it to begin anew.")
+        noted = {name.removeprefix(NOTE): arrays.pop(name) for name in list(arrays) if name.startswith(NOTE)}
+        return restored(description, arrays), description["notes"] | noted
+    except CheckpointError:
+        raise
+    except Exception as error:  # the readers of archives, arrays and JSON have a dozen ways to say that a file is damaged
+        reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+        raise CheckpointError(f"{path} is no readable checkpoint ({reason}); delete it to begin anew.") from error
 
 
 def description_of(simulation: Simulation) -> dict:

@@ -242,14 +242,16 @@ def test_measured_tables_are_the_same_bytes_whatever_the_batches(tmp_path):
     write_table(design, str(tmp_path / "design.parquet"), "design", {})
     ids, stand = sorted(design["simulation_id"]), Stand(failed=[rows[2]["simulation_id"]])
     measured = []
-    for shares in ([ids], [ids[:3], ids[3:]], [[name] for name in ids]):
+    for target_s in (10.0, 4.0, 0.0):
+        shares = _batches.batches(dict.fromkeys(ids, 1.0), target_s, "")
         study = tmp_path / str(len(shares))
-        folders = [run(study, f"campaign-{k:b}" if len(share) > 1 else share[0], share, stand) for k, share in enumerate(shares)]
+        folders = [run(study, batch, share, stand) for batch, share in shares.items()]
         files = {"runs": "run.parquet", "grains": "grains.parquet", "timings": "timing.json"}
         files = {name: [str(folder / file) for folder in folders] for name, file in files.items()}
         files = SimpleNamespace(design=str(tmp_path / "design.parquet"), **files)
         measure_repose.main(files, "profile", {}, str(study / "repose.parquet"))
         measured.append((study / "repose.parquet").read_bytes())
+    assert sorted(path.name for path in tmp_path.glob("[0-9]*")) == ["1", "2", "7"]
     assert len(set(measured)) == 1
     table = pd.read_parquet(tmp_path / "1" / "repose.parquet")
     assert table["simulation_id"].tolist() == design["simulation_id"].tolist()

@@ -60,7 +60,7 @@ def test_checkpoints_and_what_a_killed_job_left_belong_to_no_study(study):
     (study / "checkpoints").mkdir()
     (study / "checkpoints" / "0123456789.npz").write_bytes(b"state")
     assert differences(study) == []
-    (study / "manifest.sha256.part").write_bytes(b"half")
+    (study / "sims" / "a" / ".part-17-run.parquet").write_bytes(b"half")
     write_manifest(study)
     assert set(hashes(study)) == {"report.html", "sims/a/run.parquet", "sims/b/run.parquet"}
     assert differences(study) == []

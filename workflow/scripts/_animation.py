@@ -13,6 +13,7 @@ from matplotlib.animation import PillowWriter
 from matplotlib.figure import Figure
 
 from _figures import draw_grains
+from _files import whole
 from _simulate import grain_table
 from dem import Box, Grains, Simulation, Tube, Wall
 
@@ -121,7 +122,7 @@ def write_gif(path: str, frames: list[Frame], colour: np.ndarray, title: Callabl
     figure = Figure(figsize=(width, 0.82 * width * (high - low) / (right - left) + 1.0), dpi=DPI)
     axes = figure.subplots()
     writer = PillowWriter(fps=FRAMES_PER_S)
-    with writer.saving(figure, path, DPI):
+    with whole(path) as part, writer.saving(figure, part, DPI):
         for frame in [*frames, *frames[-1:] * LAST_REPEATED]:
             draw_frame(axes, frame, colour, limits, title(frame), cut)
             writer.grab_frame()

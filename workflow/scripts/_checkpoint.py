@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import os
 import signal
 import time
 from pathlib import Path
@@ -32,6 +33,7 @@ class Checkpoint:
         self.earlier_s = 0.0
         self.begun = self.saved = time.monotonic()
         self.signal: int | None = None
+        self.parent = os.getppid()
 
     @property
     def spent_s(self) -> float:
@@ -47,8 +49,8 @@ class Checkpoint:
         except (dem.CheckpointError, OSError) as error:
             print(f"begins anew: {error}")
             return None
-        job = notes.pop(JOB, {})
-        if job.get("identity") != self.identity:
+        job = notes.pop(JOB, None)
+        if not isinstance(job, dict) or job.get("identity") != self.identity:
             print(f"begins anew: {self.path} is a checkpoint of another simulation, or of other settings.")
             return None
         self.earlier_s = job["spent_s"]
@@ -56,7 +58,9 @@ class Checkpoint:
         return State(simulation, job["stage"], job["end_step"], notes)
 
     def keep(self, state: State) -> None:
-        """Save the state when it is time to; after a signal at once, and end the job."""
+        """Save the state when it is time to; after a signal, or when Snakemake was killed, at once, and end the job."""
+        if os.getppid() != self.parent:  # nobody waits for the result any more; the next attempt is not to meet this one
+            self.signal = signal.SIGHUP
         if self.signal is None and time.monotonic() - self.saved < self.interval_s:
             return
         self.save(state)
@@ -90,5 +94,5 @@ class Checkpoint:
 
     def remove(self) -> None:
         """The simulation is finished: its checkpoint is of no more use."""
-        for path in (self.path, self.path.with_name(self.path.name + ".part")):
+        for path in self.path.parent.glob(f"{self.path.name}*"):  # with what a killed job left half written
             path.unlink(missing_ok=True)

@@ -1,11 +1,12 @@
 """The manifest of a finished study: the SHA-256 of every file, in the format of `sha256sum`, so that other programs can check too.
 
-Checkpoints do not count: they belong to simulations that are not finished.
+Checkpoints do not count, nor does what a killed job was writing: they belong to what is not finished.
 """
 
 import hashlib
-import os
 from pathlib import Path
+
+from _files import PART, write_text
 
 NAME = "manifest.sha256"
 #: What below a study's folder belongs to no finished study.
@@ -22,7 +23,7 @@ def hashes(folder: str | Path) -> dict[str, str]:
     paths = sorted(path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
     found = {}
     for path in paths:
-        if path.as_posix() != NAME and path.parts[0] != LEFT_OUT:
+        if path.as_posix() != NAME and path.parts[0] != LEFT_OUT and not path.name.startswith(PART):
             with open(folder / path, "rb") as file:
                 found[path.as_posix()] = hashlib.file_digest(file, "sha256").hexdigest()
     return found
@@ -31,11 +32,8 @@ def hashes(folder: str | Path) -> dict[str, str]:
 def write_manifest(folder: str | Path) -> None:
     """Write the manifest of a study's folder, whole or not at all."""
     path = Path(folder) / NAME
-    part = path.with_name(f"{NAME}.part")
-    part.unlink(missing_ok=True)  # left by a job that was killed, it would be listed
     lines = [f"{digest}  {name}\n" for name, digest in hashes(folder).items()]
-    part.write_text("".join(lines), encoding="utf-8")
-    os.replace(part, path)
+    write_text(path, "".join(lines))
 
 
 def read_manifest(folder: str | Path) -> dict[str, str]:

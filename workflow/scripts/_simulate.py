@@ -11,6 +11,7 @@ import numpy as np
 
 from _batches import may_hold, stage_of
 from _checkpoint import Checkpoint
+from _files import write_text
 from _provenance import versions
 from _tables import TableError, read_provenance, stack_tables, write_table
 from dem import SimulationError
@@ -234,5 +235,4 @@ def keep(folder: Path, tables: dict, seconds: dict[str, float], files: dict[str,
 
 def write_timing(path: str, seconds: dict[str, float]) -> None:
     """The only output that differs from run to run: how long each simulation took."""
-    with open(path, "w", encoding="utf-8") as file:
-        json.dump({"wall_time_s": seconds}, file)
+    write_text(path, json.dumps({"wall_time_s": seconds}))

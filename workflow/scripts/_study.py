@@ -11,7 +11,8 @@ import jsonschema
 import yaml
 from snakemake.exceptions import WorkflowError
 
-from _tables import read_table
+from _cost import grains_and_steps
+from _tables import TableError, read_table
 from calibration import CalibrationError, laboratory_files, measure_soil
 from calibration.design import expand
 from calibration.errors import demand
@@ -20,6 +21,11 @@ ROOT = Path(__file__).resolve().parents[2]
 
 #: A soil's name is part of the paths of its results.
 SOIL_NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
+#: How deep a configuration may be nested (its schema is five deep), the magnitude no number in it reaches, and how many lines a
+#: message about it has.
+MAX_DEPTH, LARGEST, SHOWN = 20, 2.0**62, 20
+#: Grains times steps that one simulation stays below: at 20 million a second, 1600 years.
+MAX_GRAIN_STEPS = 1e18
 #: What each experiment's setup takes over from its part of the configuration.
 PROTOCOL = {
     "repose": (
@@ -44,9 +50,60 @@ PROTOCOL = {
 def check_config(config: dict) -> None:
     """Refuse a configuration that does not obey config/schema.yaml; the message names key, value and what is allowed."""
     schema = yaml.safe_load((ROOT / "config" / "schema.yaml").read_text())
-    errors = sorted(jsonschema.Draft202012Validator(schema).iter_errors(config), key=lambda error: list(map(str, error.path)))
-    if errors:
-        raise WorkflowError("The configuration is not valid:\n" + "\n".join(f"  {describe(error)}" for error in errors))
+    lines = list(oddities(config))
+    if not lines:
+        lines = described(config, schema) or described_materials(config, schema["properties"]["material"]["properties"])
+    if lines:
+        raise WorkflowError("The configuration is not valid:\n" + "\n".join(f"  {line}" for line in lines[:SHOWN]))
+
+
+def oddities(value, key: str = "", depth: int = 0):
+    """Yield a line for all that YAML can say but no key of a study can mean, and that a schema does not see."""
+    name = key or "the configuration"
+    if depth > MAX_DEPTH:
+        yield f"{name}: nested more than {MAX_DEPTH} deep."
+    elif isinstance(value, dict):
+        for inner, content in value.items():
+            if isinstance(inner, str):
+                yield from oddities(content, f"{key}.{inner}".lstrip("."), depth + 1)
+            else:
+                yield f"{name}: the key {inner!r} is no text."
+    elif isinstance(value, list):
+        for place, content in enumerate(value):
+            yield from oddities(content, f"{key}.{place}", depth + 1)
+    elif isinstance(value, int | float):
+        if not abs(value) < LARGEST:  # NaN is not, either
+            yield f"{name}: {shortened(value)} is no number below {LARGEST:g}."
+    elif not isinstance(value, str | None):
+        yield f"{name}: {shortened(value)} is neither a number nor a text, list or mapping."
+
+
+def shortened(value) -> str:
+    """A value in a message, shortened; Python refuses to print very long integers."""
+    text = "a whole number of more than 18 digits" if isinstance(value, int) and abs(value) >= LARGEST else str(value)
+    return text if len(text) <= 200 else f"{text[:200]}..."
+
+
+def described(value, schema: dict) -> list[str]:
+    """A line for everything in which a value does not obey a schema, in the order of the keys."""
+    errors = jsonschema.Draft202012Validator(schema).iter_errors(value)
+    return [describe(error) for error in sorted(errors, key=lambda error: list(map(str, error.path)))]
+
+
+def described_materials(config: dict, rules: dict[str, dict]) -> list[str]:
+    """A line for every value in the design that its key of `material` may not have."""
+    design, check = config["design"], config["fidelity"]["check"]
+    groups = {"design.grid": design["grid"], "design.sweep": design["sweep"], "screening.changes": config["screening"]["changes"]}
+    groups |= {f"design.sweep_couples.{k}": couple for k, couple in enumerate(design["sweep_couples"])}
+    groups |= {f"fidelity.check.couples.{k}": couple for k, couple in enumerate(check["couples"])}
+    lines = []
+    for place, group in groups.items():
+        for name, values in group.items():
+            for value in values if isinstance(values, list) else [values]:
+                lines += [
+                    f"{place}.{name}{line.removeprefix('the configuration')}" for line in described(value, rules.get(name, {}))
+                ]
+    return lines
 
 
 def describe(error: jsonschema.ValidationError) -> str:
@@ -59,7 +116,7 @@ def describe(error: jsonschema.ValidationError) -> str:
     if error.validator == "required":
         return f"{key}: {error.message}."
     meaning = error.schema.get("description", "")
-    return f"{key}: {error.message}." + (f" It means: {meaning}" if meaning else "")
+    return f"{key}: {shortened(error.message)}." + (f" It means: {meaning}" if meaning else "")
 
 
 def simulations(config: dict) -> dict[str, dict]:
@@ -68,7 +125,23 @@ def simulations(config: dict) -> dict[str, dict]:
         table = expand(config)
     except ValueError as error:
         raise WorkflowError(str(error)) from None
-    return plain_rows(table)
+    rows = plain_rows(table)
+    check_costs(config, rows)
+    return rows
+
+
+def check_costs(config: dict, rows: dict[str, dict]) -> None:
+    """Refuse a study with a simulation that no machine could ever finish: some size, speed or time is wrong by magnitudes."""
+    for row in rows.values():
+        try:
+            work = math.prod(grains_and_steps(row, experiment_settings(config, row)))
+        except ArithmeticError:
+            work = math.inf
+        if not work < MAX_GRAIN_STEPS:
+            raise WorkflowError(
+                f"{row['experiment']}: simulation {row['simulation_id']} would take {work:g} steps of grains; allowed: below "
+                f"{MAX_GRAIN_STEPS:g}. Look at material, at the sizes in {row['experiment']} and at fidelity.{row['fidelity']}."
+            )
 
 
 def plain_rows(table) -> dict[str, dict]:
@@ -108,7 +181,10 @@ def proposed_simulations(folder: str) -> dict[str, dict]:
 @functools.cache
 def rows_in(path: str, changed_ns: int) -> dict[str, dict]:
     """Rows of a design table as it was at a time."""
-    return plain_rows(read_table(path, "design"))
+    try:
+        return plain_rows(read_table(path, "design"))
+    except TableError as error:
+        raise WorkflowError(str(error)) from None
 
 
 def experiment_settings(config: dict, row: dict) -> dict:
@@ -192,6 +268,8 @@ def check_soils(config: dict) -> None:
         known = [*config["soils"], *config["twins"]]
         for case in config["optimise"]["cases"]:
             demand(case["soil"] in known, f"optimise.cases: soil of {case['case']}", case["soil"], f"one of {known}")
+        both = sorted(set(config["soils"]) & set(config["twins"]))
+        demand(not both, "twins", both, "names that are not in soils")
         names = [case["case"] for case in config["optimise"]["cases"]]
         demand(len(set(names)) == len(names), "optimise.cases: names", names, "each only once")
         models = [form["model"] for form in config["surrogate"].values()]

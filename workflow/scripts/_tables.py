@@ -18,11 +18,23 @@ import pyarrow.parquet as pq
 import yaml
 
 from _batches import may_hold
+from _files import whole
 
 SCHEMAS = Path(__file__).resolve().parents[1] / "schemas"
 METADATA_KEY = b"virtual_soil"
 
 KINDS = {"string": "OTU", "integer": "iu", "number": "fiu", "boolean": "b"}
+#: The same for a file's columns, of which one without any value has no type.
+FILE_TYPES = {
+    "string": (pa.types.is_string, pa.types.is_large_string, pa.types.is_null),
+    "integer": (pa.types.is_integer,),
+    "number": (pa.types.is_integer, pa.types.is_floating, pa.types.is_null),
+    "boolean": (pa.types.is_boolean,),
+}
+#: How the readers of Parquet and JSON say that a file is damaged, or none of theirs.
+UNREADABLE = (pa.ArrowException, OSError, ValueError, TypeError, KeyError, OverflowError, RecursionError)
+#: What to do with a result that is not as it was written.
+ADVICE = "Delete it and run again."
 
 
 class TableError(ValueError):
@@ -77,7 +89,8 @@ def write_table(table, path: str, name: str, provenance: dict) -> None:
     else:
         arrow = pa.Table.from_pandas(table, preserve_index=False)
     metadata = {**(arrow.schema.metadata or {}), METADATA_KEY: json.dumps(provenance, sort_keys=True).encode()}
-    pq.write_table(arrow.replace_schema_metadata(metadata), path, compression="zstd")
+    with whole(path) as part:
+        pq.write_table(arrow.replace_schema_metadata(metadata), part, compression="zstd")
 
 
 def arrow_column(values: np.ndarray) -> pa.Array:
@@ -92,35 +105,88 @@ def arrow_column(values: np.ndarray) -> pa.Array:
 
 @contextlib.contextmanager
 def readable(path: str | Path):
-    """While inside, a file that is no Parquet is named in the error."""
+    """While inside, the error on a file that is no Parquet, or not the table that it should be, names it and says what to do."""
     try:
         yield
-    except (pa.ArrowInvalid, OSError) as error:
-        raise TableError(f"{path}: not a readable Parquet file ({error}).") from error
+    except TableError as error:
+        raise TableError(f"{error} {ADVICE}") from None
+    except UNREADABLE as error:
+        raise TableError(f"{path}: not a readable Parquet file ({one_line(error)}). {ADVICE}") from error
 
 
 def read_table(path: str, name: str):
-    """Read a table and check it (DataFrame)."""
+    """Read a table and check it (DataFrame); raises TableError naming the file, what is wrong and what to do."""
+    with readable(path), pq.ParquetFile(path) as file:
+        check_types(file.schema_arrow, name, str(path))
+        return check_table(file.read().to_pandas(ignore_metadata=True), name, str(path))
+
+
+def check_types(schema: pa.Schema, name: str, source: str) -> None:
+    """Check that every column of schema `name` is in a file once, with values of its type."""
+    rules = load_schema(name)
+    for column, rule in rules.items():
+        n = len(schema.get_all_field_indices(column))
+        if n != 1:
+            found = "missing" if n == 0 else f"there {n} times"
+            raise TableError(f"{source}: column {column!r} is {found}; a {name} table has {', '.join(rules)}.")
+        kind = schema.field(column).type
+        if not any(fits(kind) for fits in FILE_TYPES[rule["type"]]):
+            raise TableError(f"{source}: column {column!r} holds {kind}; allowed: {rule['type']}.")
+
+
+def one_line(error: Exception) -> str:
+    """What a library says of a fault, without line breaks and not at length."""
+    return " ".join(str(error).split())[:200] or type(error).__name__
+
+
+def read_runs(path: str, name: str) -> dict[str, dict]:
+    """Simulation -> how it went, of all that the job ran whose folder the file is in; raises what `read_table` raises."""
+    rows = {row["simulation_id"]: row for row in read_table(path, name).to_dict("records")}
+    check_makers(path, rows)
+    strangers = [simulation for simulation in rows if not may_hold(Path(path).parent.name, simulation)]
+    if strangers:
+        raise TableError(f"{path}: holds simulation {strangers[0]}, which does not belong into this folder. {ADVICE}")
+    return rows
+
+
+def check_makers(path: str, simulations) -> None:
+    """Raise TableError unless a file was made by exactly these simulations, as it says itself."""
     with readable(path):
-        frame = pq.ParquetFile(path).read().to_pandas()
-    return check_table(frame, name, str(path))
+        made_by = read_provenance(path).get("simulations")
+        if not isinstance(made_by, dict) or made_by.keys() != set(simulations):
+            raise TableError(f"{path}: made by other simulations than {', '.join(simulations)}.")
+
+
+def read_timing(path: str, simulations) -> dict[str, float]:
+    """Wall time in s of simulations, as their job noted it; raises TableError for a file that says nothing of it."""
+    try:
+        noted = json.loads(Path(path).read_text(encoding="utf-8"))["wall_time_s"]
+        seconds = {simulation: noted[simulation] for simulation in simulations}
+        for value in seconds.values():
+            if isinstance(value, bool) or not 0.0 <= value < np.inf:
+                raise ValueError(f"wall_time_s is {value}")
+    except UNREADABLE as error:
+        raise TableError(f"{path}: not the wall times of its simulations ({one_line(error)}). {ADVICE}") from error
+    return seconds
 
 
 def read_simulation(path: str, name: str, simulation: str):
     """The rows of one simulation in a table that may hold several (DataFrame); none where it failed."""
     with readable(path):
-        frame = rows_of(path, simulation).to_pandas()
-    return check_table(frame, name, str(path))
+        rows = rows_of(path, simulation)
+        check_types(rows.schema, name, str(path))
+        return check_table(rows.to_pandas(ignore_metadata=True), name, str(path))
 
 
 def read_simulations(path: str, name: str):
     """Yield (simulation, DataFrame) of a table that `stack_tables` wrote, one at a time; one that failed has no rows, nor turn."""
     with readable(path):
         file = pq.ParquetFile(path)
+        check_types(file.schema_arrow, name, str(path))
     for k in range(file.num_row_groups):
         with readable(path):
-            frame = file.read_row_group(k).to_pandas()
-        if len(check_table(frame, name, str(path))):
+            frame = check_table(file.read_row_group(k).to_pandas(ignore_metadata=True), name, str(path))
+        if len(frame):
             yield frame["simulation"].iloc[0], frame
 
 
@@ -140,8 +206,9 @@ def batch_results(runs, run_name: str, details, name: str, timings):
     """
     seen = set()
     for run_path, path, timing_path in zip(runs, details, timings, strict=True):
-        seconds = json.loads(Path(timing_path).read_text(encoding="utf-8"))["wall_time_s"]
-        rows = {row["simulation_id"]: row for row in read_table(run_path, run_name).to_dict("records")}
+        rows = read_runs(run_path, run_name)
+        seconds = read_timing(timing_path, rows)
+        check_makers(path, rows)
         with_rows = itertools.chain(read_simulations(path, name), ((failed, None) for failed in list(rows)))
         for simulation, frame in with_rows:
             if simulation not in seen:
@@ -160,7 +227,7 @@ def stack_tables(paths: dict[str, Path], path: str, provenance: dict) -> None:
     schemas = [pq.read_schema(file).remove_metadata() for file in dict.fromkeys(paths.values())]
     metadata = {METADATA_KEY: json.dumps(provenance, sort_keys=True).encode()}
     schema = pa.unify_schemas(schemas, promote_options="permissive").with_metadata(metadata)
-    with pq.ParquetWriter(path, schema, compression="zstd") as writer:
+    with whole(path) as part, pq.ParquetWriter(part, schema, compression="zstd") as writer:
         for simulation, file in paths.items():
             rows = rows_of(file, simulation)
             writer.write_table(rows.cast(schema), row_group_size=max(len(rows), 1))
@@ -185,6 +252,15 @@ def empty_table(name: str):
 
 def read_provenance(path: str | Path) -> dict:
     """The provenance in a table's metadata; empty if it has none."""
-    with readable(path):
-        metadata = pq.read_schema(path).metadata or {}
-    return json.loads(metadata.get(METADATA_KEY, b"{}"))
+    return provenance_in(pq.read_schema(path), str(path))
+
+
+def provenance_in(schema: pa.Schema, source: str) -> dict:
+    """The provenance in a file's metadata; raises TableError where that is something else."""
+    try:
+        found = json.loads((schema.metadata or {}).get(METADATA_KEY, b"{}"))
+    except UNREADABLE as error:
+        raise TableError(f"{source}: where it comes from cannot be read ({one_line(error)}).") from error
+    if not isinstance(found, dict):
+        raise TableError(f"{source}: where it comes from is {type(found).__name__}; allowed: a mapping.")
+    return found

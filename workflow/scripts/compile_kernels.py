@@ -1,13 +1,13 @@
 """Adapt rule `compile_kernels` to `dem.compiled`: the kernels that the campaign needs, compiled once, before the jobs fan out."""
 
+from _files import write_text
 from _log import log_to
 from dem import compiled, jit
 
 
 def main(settings, marker):
     compiled.ensure(settings["precision"], energy_ledger=settings["energy_ledger"])
-    with open(marker, "w", encoding="utf-8") as file:
-        file.write(f"kernels of source {jit.source_hash()} are compiled\n")
+    write_text(marker, f"kernels of source {jit.source_hash()} are compiled\n")
 
 
 if __name__ == "__main__":

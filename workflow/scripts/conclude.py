@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from _files import whole
 from _inference import likelihoods_of
 from _log import log_to
 from _tables import read_table, write_table
@@ -25,7 +26,8 @@ def main(files, params, output, provenance):
     for name in ("iterations", "minima"):
         parts = [read_table(path, name) for path in (files[name], files[f"published_{name}"])]
         write_table(pd.concat(parts, ignore_index=True), output[name], name, provenance)
-    shutil.copyfile(files.surrogates, output.surrogates)
+    with whole(output.surrogates) as part:
+        shutil.copyfile(files.surrogates, part)
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
+from _files import write_text
 from _log import log_to
 from _tables import read_provenance, read_table, write_table
 from calibration import cases_of, first_answer, first_answer_text, from_json, measure_soil
@@ -19,7 +20,7 @@ def main(files, params, output, provenance):
     settings = {"design": design, "cases": cases, "optimise": params.optimise, "uncertainty": params.uncertainty}
     table, reach = first_answer(from_json(text), from_json(text, "gaussian_process"), tables, soils, settings)
     write_table(table, output.table, "first_answer", {**provenance, "design": design, "material": material})
-    Path(output.text).write_text(first_answer_text(table, reach, soils, design, material), encoding="utf-8")
+    write_text(output.text, first_answer_text(table, reach, soils, design, material))
 
 
 if __name__ == "__main__":

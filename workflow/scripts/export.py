@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import exports
+from _files import write_text
 from _log import log_to
 from _tables import read_table
 
@@ -14,10 +15,9 @@ def main(case, files, params, folder):
     simulated = verification[verification["case"] == case].to_dict("records")
     card = exports.material_card(optimum, simulated, params.config, params.provenance)
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "material.json").write_text(json.dumps(card, indent=2) + "\n", encoding="utf-8")
+    write_text(folder / "material.json", json.dumps(card, indent=2) + "\n")
     for name, text in exports.inputs(card).items():
-        (folder / name).write_text(text, encoding="utf-8")
+        write_text(folder / name, text)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
 """Adapt rule `fit_surrogates` to `calibration.fit_all`."""
 
-from pathlib import Path
-
+from _files import write_text
 from _log import log_to
 from _tables import read_all, write_table
 from calibration import fit_all, to_json
@@ -11,5 +10,5 @@ if __name__ == "__main__":
     params = snakemake.params
     repose, strength = read_all(snakemake.input.repose, "repose"), read_all(snakemake.input.strength, "strength")
     models, residuals = fit_all(repose, strength, params.design, params.material, params.surrogate)
-    Path(snakemake.output.surrogates).write_text(to_json(models, params.surrogate), encoding="utf-8")
+    write_text(snakemake.output.surrogates, to_json(models, params.surrogate))
     write_table(residuals, snakemake.output.residuals, "residuals", {"rule": snakemake.rule, **dict(params.items())})

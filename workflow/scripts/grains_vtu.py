@@ -1,5 +1,6 @@
 """Adapt rule `grains_vtu` to `_paraview`: the grains of one stored moment."""
 
+from _files import whole
 from _log import log_to
 from _paraview import write_grains
 from _tables import TableError, read_simulation
@@ -12,7 +13,8 @@ def main(grains_path, simulation, path):
     grains = read_simulation(grains_path, "grains", simulation).drop(columns="simulation")
     if grains.empty:
         raise TableError(f"{grains_path}: holds no grains of {simulation}, as it failed; run.parquet beside it says why.")
-    write_grains(path, grains[PLACES].to_numpy(), {name: grains[name].to_numpy() for name in grains.columns.drop(PLACES)})
+    with whole(path) as part:
+        write_grains(part, grains[PLACES].to_numpy(), {name: grains[name].to_numpy() for name in grains.columns.drop(PLACES)})
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from _files import write_text
 from _log import log_to
 from _report import build, csv, read_study
 
@@ -14,8 +15,8 @@ def main(files, config, versions, output):
         (output.tables, {name: csv(table) for name, table in report.tables.items()}),
         ([output.html], {"report": report.html}),
     ):
-        for path in map(Path, paths):
-            path.write_text(texts[path.stem], encoding="utf-8")
+        for path in paths:
+            write_text(path, texts[Path(path).stem])
 
 
 if __name__ == "__main__":

@@ -12,12 +12,11 @@ import time
 from collections import Counter
 from pathlib import Path
 
-import pyarrow as pa
 import pyarrow.parquet as pq
 
 from _batches import stage_of
 from _cost import expected_s
-from _tables import METADATA_KEY
+from _tables import METADATA_KEY, UNREADABLE, one_line
 
 ROOT = Path(__file__).resolve().parents[2]
 NAMES = {"repose": "heaps", "shear": "shear tests"}
@@ -36,8 +35,8 @@ def read_rows(path: Path, columns: list[str]) -> list[dict]:
     """Rows of a table; exits with one line naming the file when it is no table with these columns."""
     try:
         return pq.ParquetFile(path).read(columns=columns).select(columns).to_pylist()
-    except (pa.ArrowException, KeyError, OSError) as error:
-        raise SystemExit(f"{path}: not a readable table with {', '.join(columns)} ({error}).") from None
+    except UNREADABLE as error:
+        raise SystemExit(f"{path}: not a readable table with {', '.join(columns)} ({one_line(error)}).") from None
 
 
 def planned(results: Path) -> dict[str, dict]:
@@ -74,7 +73,7 @@ def results_in(results: Path) -> dict[str, dict]:
                 found[name]["expected_s"] = expected_s(*provenance["simulations"][name].values())
         except FileNotFoundError:  # its timing: it is just being written
             pass
-        except (pa.ArrowException, OSError, ValueError, KeyError, TypeError) as error:
+        except UNREADABLE as error:
             found[folder.name] = {"state": "failed", "note": f"{folder}: unreadable result ({type(error).__name__})"}
     return found
 
@@ -107,7 +106,7 @@ def mark_outdated(rows: dict[str, dict]) -> None:
 def in_log(log: Path, lines: list[str], now: float) -> dict:
     """State of something without result, from its lines in a log: with a traceback it crashed, a silent one was stopped."""
     last = lines[-1] if lines else ""
-    if any(line.startswith("Traceback") for line in lines):
+    if any(line.startswith(("Traceback", "error: ")) for line in lines):
         return {"state": "failed", "note": f"{log}: {last}"}
     return {"state": "running" if now - log.stat().st_mtime < SILENT_S else "stopped", "note": last}
 

@@ -1,0 +1,116 @@
+"""A kernel cache that was harmed after it was compiled is never used as it is."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from dem import compiled, jit
+
+INDEX = "dem_0/loop.advance-1.py3.nbi"
+KERNELS = {INDEX: b"index", "dem_0/loop.advance-1.py3.1.nbc": b"code", "dem_0/walls.store-2.py3.1.nbc": b"more"}
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """An empty cache, and a compiler that only notes that it was called and writes KERNELS; it fails while `bad` holds an index."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(compiled, "_found", set())
+    calls = []
+
+    def run(command, **_):
+        calls.append(command[3:])
+        if (tmp_path / INDEX).exists() and not (tmp_path / INDEX).read_bytes():
+            return SimpleNamespace(returncode=1, stderr="Traceback\nEOFError: Ran out of input")
+        for name, content in KERNELS.items():
+            (tmp_path / name).parent.mkdir(exist_ok=True)
+            if not (tmp_path / name).exists():
+                (tmp_path / name).write_bytes(content)
+        return SimpleNamespace(returncode=0, stderr="")
+
+    monkeypatch.setattr(subprocess, "run", run)
+    return SimpleNamespace(folder=tmp_path, calls=calls)
+
+
+def ensured(cache, ledger=False):
+    """Ask for the kernels as a new process would; how many times the compiler was called."""
+    compiled._found.clear()
+    cache.calls.clear()
+    compiled.ensure("float32", False, ledger)
+    assert all((cache.folder / name).read_bytes().startswith(content) for name, content in KERNELS.items())
+    return len(cache.calls)
+
+
+pytestmark = pytest.mark.skipif(jit.DISABLED, reason="nothing is compiled")
+
+
+def test_kernels_are_compiled_once_for_each_variant(cache):
+    assert [ensured(cache), ensured(cache), ensured(cache, ledger=True), ensured(cache)] == [1, 0, 1, 0]
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [(name, content) for name in KERNELS for content in (None, b"", b"other") if (name, content) != (INDEX, b"other")],
+)
+def test_a_cache_that_lost_something_is_compiled_as_a_whole(cache, name, content):
+    ensured(cache)
+    before = {name: (cache.folder / name).stat().st_mtime_ns for name in KERNELS}
+    (cache.folder / name).unlink() if content is None else (cache.folder / name).write_bytes(content)
+    assert ensured(cache) >= 1
+    assert all((cache.folder / name).read_bytes() == KERNELS[name] for name in KERNELS)
+    assert all((cache.folder / name).stat().st_mtime_ns > before[name] for name in KERNELS)
+    assert ensured(cache) == 0
+
+
+def test_an_index_that_another_variant_made_longer_keeps_the_kernels(cache):
+    ensured(cache)
+    index = cache.folder / INDEX
+    index.write_bytes(b"index of two variants")
+    before = (cache.folder / "dem_0/walls.store-2.py3.1.nbc").stat().st_ino
+    assert [ensured(cache), ensured(cache)] == [1, 0]
+    assert (cache.folder / "dem_0/walls.store-2.py3.1.nbc").stat().st_ino == before
+
+
+@pytest.mark.parametrize("content", [b"", b"[]", b"{", b"\xff", json.dumps({"dem_0/gone.nbc": "0"}).encode()])
+def test_a_marker_that_says_nothing_is_not_believed(cache, content):
+    ensured(cache)
+    compiled.marker("float32", False, False).write_bytes(content)
+    assert [ensured(cache), ensured(cache)] == [1, 0]
+
+
+def test_a_compiler_that_fails_is_named_with_its_folder(cache, monkeypatch):
+    failed = SimpleNamespace(returncode=1, stderr="Traceback\nOSError: [Errno 28] No space left on device")
+    monkeypatch.setattr(subprocess, "run", lambda *_, **__: failed)
+    with pytest.raises(RuntimeError, match=r"could not be compiled into .*\(OSError: \[Errno 28\] No space left on device\)"):
+        compiled.ensure()
+    assert not list(cache.folder.glob("*.compiled"))
+
+
+@pytest.mark.slow
+def test_a_truncated_kernel_gives_the_same_simulation(tmp_path):
+    """A copy of the real cache, with one kernel cut: it is compiled anew, and the result has the bytes of the sound one."""
+    compiled.ensure()
+    folder = Path(os.environ["NUMBA_CACHE_DIR"])
+    copy = Path(shutil.copytree(folder, tmp_path / "copy"))
+
+    def result(cache):
+        program = (
+            "import hashlib, dem; from dem.experiments import angle_of_repose as a; from dem.experiments.soil import Engine, Soil; "
+            "soil = Soil(radius_m=1e-3, radius_sd_ratio=0.1, density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7, "
+            "static_friction=0.6, rolling_friction=0.2, restitution=0.5); "
+            "heap = a.run(soil, a.Setup(n_particles=60, tube_diameter_ratio=5.0, plate_half_width_ratio=30.0, "
+            "lift_speed_m_s=0.05, max_time_s=0.2, scale_radius_m=1e-3), Engine(), 1); "
+            "print(hashlib.sha256(heap.grains.positions_m.tobytes()).hexdigest())"
+        )
+        environment = os.environ | {"NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(jit.PACKAGE.parent)}
+        return subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True).stdout
+
+    sound = result(folder)
+    (kernel, *_) = sorted(copy.glob("*/loop.*.nbc"))
+    kernel.write_bytes(kernel.read_bytes()[:1000])
+    assert result(copy) == sound
