@@ -14,8 +14,6 @@ pulls, the more the lower e is. Where the pull is cut off (F_n >= 0) the rebound
 
 import math
 
-from scipy.optimize import brentq
-
 from dem.jit import jit
 
 #: 2 sqrt(5/6), from S_n being the tangent stiffness of a delta^(3/2) spring.
@@ -32,6 +30,8 @@ def damping_ratio_without_pull(restitution: float) -> float:
     """Beta with which a contact that never pulls rebounds with e (dimensionless, 0 for e = 1)."""
     if restitution == 1.0:
         return 0.0
+    from scipy.optimize import brentq  # here, as most simulations do not need it and it takes a third of their start
+
     return brentq(lambda beta: rebound_without_pull(beta) - restitution, 0.0, 1.0 + 1.0 / math.sqrt(restitution), xtol=1e-12)
 
 
