@@ -11,7 +11,7 @@ import numpy as np
 
 from _batches import may_hold, stage_of
 from _checkpoint import Checkpoint
-from _files import write_text
+from _files import FileError, write_text, writing
 from _provenance import versions
 from _tables import TableError, read_provenance, stack_tables, write_table
 from dem import SimulationError
@@ -204,6 +204,8 @@ def run_batch(members: list, engine: str, output: dict[str, str], checkpoints: s
         try:
             tables, seconds = simulate(row, settings, checkpoint)
             folders[name] = keep(kept / name, tables, {name: seconds}, files, source)
+        except FileError:  # what the others make could not be written either
+            raise
         except Exception:  # whatever it is, the other simulations can do nothing for it
             traceback.print_exc()
             broken.append(name)
@@ -223,13 +225,14 @@ def run_batch(members: list, engine: str, output: dict[str, str], checkpoints: s
 def keep(folder: Path, tables: dict, seconds: dict[str, float], files: dict[str, str], source: dict) -> Path:
     """Write the files of one simulation into a folder, whole or not at all; returns the folder."""
     part = folder.with_name(f"{folder.name}.part")
-    for left in (part, folder):
-        shutil.rmtree(left, ignore_errors=True)
-    part.mkdir(parents=True)
-    for name, (schema, columns) in tables.items():
-        write_table(columns, str(part / files[name]), schema, source)
-    write_timing(str(part / files["timing"]), seconds)
-    part.rename(folder)
+    with writing(folder):
+        for left in (part, folder):
+            shutil.rmtree(left, ignore_errors=True)
+        part.mkdir(parents=True)
+        for name, (schema, columns) in tables.items():
+            write_table(columns, str(part / files[name]), schema, source)
+        write_timing(str(part / files["timing"]), seconds)
+        part.rename(folder)
     return folder
 
 
