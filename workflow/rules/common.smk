@@ -6,7 +6,7 @@ from snakemake.exceptions import WorkflowError
 
 sys.path.insert(0, str(Path(workflow.basedir) / "workflow" / "scripts"))
 
-from _batches import NAME, batches, digest, stage_of
+from _batches import NAME, batches, digest, later_stages, stage_of
 from _cost import expected_s, memory_mb, runtime_min
 from _study import (
     base_simulation,
@@ -41,7 +41,7 @@ SIMULATIONS = simulations(config)
 ROUNDS = config["refine"]["rounds"]
 LAST = f"{RESULTS}/rounds/{ROUNDS}"
 # where the tables of what was simulated after the campaign lie, below the results
-LATER_STAGES = [*(f"/rounds/{k}" for k in range(1, ROUNDS + 1)), "/verification"]
+LATER_STAGES = later_stages(ROUNDS)
 
 # Snakemake watches a rule's script, not the packages it imports; these close the gap. Comments and layout do not count.
 ENGINE = fingerprint("src/dem", without="src/dem/measure")
@@ -162,7 +162,7 @@ def simulated(experiment, file):
     """Input function: a file of every batch of one experiment in a stage; of a later stage when its checkpoint has run."""
 
     def paths(wildcards):
-        if wildcards.stage == "/verification":
+        if wildcards.stage.endswith("verification"):
             checkpoints.verification_design.get()
         elif wildcards.stage:
             checkpoints.refinement_design.get(round=wildcards.stage.rpartition("/")[2])

@@ -16,6 +16,11 @@ NAME = r"[0-9a-f]{10}|(?:campaign|round\d+|verification)(?:-[01]+)?"
 SPLIT_RATIO = math.sqrt(2.0)
 
 
+def later_stages(rounds: int) -> list[str]:
+    """The stages after the campaign, in their order."""
+    return [*(f"/rounds/{k}" for k in range(1, rounds + 1)), "/verification"]
+
+
 def label(stage: str) -> str:
     """What the batches of a stage begin with; a stage is its folder below results/<study>: '', /rounds/2, /verification."""
     return stage.lstrip("/").replace("rounds/", "round") or "campaign"
