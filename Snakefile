@@ -36,10 +36,6 @@ rule all:
         # what only stands between two files that are there, Snakemake does not miss; these a damaged simulation takes with it
         expand(
             f"{RESULTS}{{stage}}/{{table}}.parquet",
-            stage=[
-                "",
-                *(f"/rounds/{k}" for k in range(1, ROUNDS + 1)),
-                "/verification",
-            ],
+            stage=["", *LATER_STAGES],
             table=["repose", "shear"],
         ),
