@@ -69,7 +69,8 @@ def test_the_notebook_shows_a_heap_its_picture_and_tables(tmp_path):
 
 
 def test_the_packages_pages_are_written_without_a_warning(tmp_path):
-    recipe = subprocess.run(["make", "-n", "docs", f"BIN={BIN}"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    dry = ["make", "--no-print-directory", "-n", "docs", f"BIN={BIN}"]
+    recipe = subprocess.run(dry, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     command = recipe.splitlines()[-1].replace("build/api", str(tmp_path)).split()
     result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert (result.returncode, result.stderr) == (0, "")

@@ -16,6 +16,7 @@ True
 
 from dem.checkpoint import CheckpointError, load, save
 from dem.factory import BoxRegion, Factory, Sizes, TubeRegion
+from dem.html import Rich
 from dem.material import Interaction, Material
 from dem.simulation import Grains, Simulation, SimulationError
 from dem.timestep import rayleigh_time, stable_time_step
@@ -31,6 +32,7 @@ __all__ = [
     "Grains",
     "Interaction",
     "Material",
+    "Rich",
     "Simulation",
     "SimulationError",
     "Sizes",

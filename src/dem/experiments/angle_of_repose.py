@@ -10,10 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import cast
 
-from dem import Box, Factory, Grains, Simulation, SimulationError, Tube, TubeRegion
+from dem import Box, Factory, Grains, Rich, Simulation, SimulationError, Tube, TubeRegion
 from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.state import State, steps_in
-from dem.html import Rich
 
 #: Settling takes a few free-fall times of the column; after this many it goes on regardless (frictionless soils slosh for long).
 SETTLE_FALL_TIMES = 12.0

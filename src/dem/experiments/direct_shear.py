@@ -16,10 +16,9 @@ from typing import cast
 
 import numpy as np
 
-from dem import ENDLESS_M, Box, BoxRegion, Drive, Factory, Grains, Simulation, SimulationError
+from dem import ENDLESS_M, Box, BoxRegion, Drive, Factory, Grains, Rich, Simulation, SimulationError
 from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.state import State, steps_in
-from dem.html import Rich
 
 LOWER = ("floor", "lower_left", "lower_right", "lower_flange")
 UPPER = ("upper_left", "upper_right", "upper_flange")

@@ -3,8 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from dem import Interaction, Material, Simulation, Sizes
-from dem.html import Rich
+from dem import Interaction, Material, Rich, Simulation, Sizes
 
 
 @dataclass(frozen=True, kw_only=True)
