@@ -177,7 +177,8 @@ def test_a_job_that_is_killed_at_random_moments_goes_on_bit_for_bit(experiment, 
             if process.wait() == 0:
                 break
     assert process.returncode == 0
-    assert "goes on from" in (tmp_path / "log").read_text()
+    log = (tmp_path / "log").read_text()
+    assert "goes on from" in log or "finished before" in log  # a kill may also come when all but the last step is done
     assert tables(experiment, tmp_path) == undisturbed[experiment]
     assert not list((tmp_path / "saved").iterdir())
 

@@ -87,13 +87,13 @@ def plan(config):
     """All that is done with a configuration before a job runs, in the order of common.smk; the study's name and its simulations."""
     check_config(config)
     first_answer_soils(config.pop("soil", None), config)
-    config.pop("checkpoint_interval_s")
+    config.pop("checkpoint_interval_s"), config.pop("batch_minutes")
     check_soils(config)
     rows = simulations(config)
     raw_files(soil_files(config))
     for row in rows.values():
-        details = experiment_settings(config, row)
-        runtime_min(row, details, 1), memory_mb(row, details, 1)
+        members = [(row, experiment_settings(config, row))]
+        runtime_min(members, 1), memory_mb(members, 1)
     for experiment in ("repose", "shear"):
         base_simulation(config, rows, experiment)
     return config, rows

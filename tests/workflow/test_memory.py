@@ -29,7 +29,7 @@ SHARED = {"reason": "", "n_particles": 5, "n_steps": 9, "simulated_time_s": 1.0,
 ENERGY = {"energy_dissipated_j": math.nan, "energy_residual_ratio": math.nan}
 #: experiment -> its tables: name of the file, schema, columns
 TABLES = {
-    "repose": ("grains", "grains", {name: np.full(N_ROWS, 1e-3) for name in ("x_m", "y_m", "z_m", "radius_m")}),
+    "repose": ("grains", "grains", {name: np.full(N_ROWS, 1e-3) for name in ("x_m", "y_m", "z_m", "radius_m", "speed_m_s")}),
     "shear": ("history", "shear_history", {name: np.linspace(1.0, 2.0, N_ROWS) for name in HISTORY}),
 }
 RUNS = {
@@ -49,11 +49,11 @@ def campaign(folder, experiment, n):
     for row in rows:
         name = row["simulation_id"]
         paths = [folder / name / f"{part}" for part in ("run.parquet", f"{file}.parquet", "timing.json")]
-        provenance = {"design": {"simulation_id": name}}
+        provenance = {"simulations": {name: {}}}
         run = {"simulation_id": name} | RUNS[experiment]
         write_table({key: [value] for key, value in run.items()}, paths[0], f"{experiment}_run", provenance)
-        write_table(columns, paths[1], schema, provenance)
-        paths[2].write_text(json.dumps({"wall_time_s": 1.0}))
+        write_table({"simulation": np.full(N_ROWS, name), **columns}, paths[1], schema, provenance)
+        paths[2].write_text(json.dumps({"wall_time_s": {name: 1.0}}))
         for key, path in zip(found, paths, strict=True):
             found[key].append(path)
     large = found.pop("large")

@@ -28,7 +28,9 @@ check_config(config)
 # what --config soil=... asks for is no part of the study, so that it makes nothing run again
 FIRST_ANSWERS = first_answer_soils(config.pop("soil", None), config)
 # nor is how often a simulation is saved
-CHECKPOINT_INTERVAL_S = config.pop("checkpoint_interval_s")
+CHECKPOINT_INTERVAL_S = str(
+    config.pop("checkpoint_interval_s")
+)  # resources are integers or text
 # nor is how simulations are shared out among jobs
 BATCH_MINUTES = config.pop("batch_minutes")
 check_soils(config)

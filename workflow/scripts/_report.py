@@ -95,7 +95,8 @@ def build(study: Study, versions: dict) -> Report:
     """The report on a finished study."""
     items, tables = figures_of(study), tables_of(study)
     figures = {name: _figures.svg(item.figure) for name, item in items.items()}
-    data = {name: item.data for name, item in items.items()}
+    # a figure's data are the same bytes in every run, and no figure shows how long a simulation took
+    data = {name: item.data.drop(columns="wall_time_s", errors="ignore") for name, item in items.items()}
     views, grains, grains_note = views_of(study)
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(TEMPLATES), autoescape=True, trim_blocks=True)
     html = environment.get_template("template.html.j2").render(

@@ -220,6 +220,7 @@ def run_batch(members: list, engine: str, output: dict[str, str], checkpoints: s
     write_timing(output["timing"], {name: timing[name] for name, timing in zip(folders, timings, strict=True)})
     for name in folders:
         shutil.rmtree(kept / name, ignore_errors=True)
+        Checkpoint(str(kept / f"{name}.npz"), interval_s, {}).remove()  # of a job killed between its last step and its result
 
 
 def keep(folder: Path, tables: dict, seconds: dict[str, float], files: dict[str, str], source: dict) -> Path:

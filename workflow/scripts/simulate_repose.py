@@ -26,5 +26,5 @@ def simulate(row, settings, checkpoint):
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
-    params, interval_s = snakemake.params, snakemake.resources.checkpoint_interval_s
+    params, interval_s = snakemake.params, float(snakemake.resources.checkpoint_interval_s)
     run_batch(params.members, params.engine, dict(snakemake.output.items()), params.checkpoints, interval_s, simulate)
