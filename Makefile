@@ -2,8 +2,6 @@
 PYTHON ?= python3
 CORES ?= 2
 BIN := .venv/bin
-# progress bars on a terminal, plain lines in a log
-BARS := $(shell test -t 2 && echo --logger rich)
 READY := .venv/ready
 # what docs/reference keeps of the campaign at the paper's fidelity
 REFERENCE := soil repose shear strength screening reachability calibration iterations minima posterior equivalents \
@@ -15,7 +13,7 @@ API := dem dem.experiments dem.measure dem.contact dem.energy calibration export
 .DEFAULT_GOAL := campaign
 
 campaign: setup  ## the whole method at its default settings: results/default/report.html
-	$(BIN)/snakemake -c$(CORES) $(BARS) all
+	$(BIN)/snakemake -c$(CORES) all
 
 setup: $(READY)  ## virtual environment with the locked versions, package installed
 
@@ -52,16 +50,16 @@ new-study: setup  ## start a study of your own: STUDY=<name>, and SOIL=<name> fo
 	@$(BIN)/python workflow/scripts/new_study.py '$(STUDY)' $(SOIL)
 
 smoke: setup  ## the whole workflow in a few minutes, with few grains
-	$(BIN)/snakemake -c$(CORES) $(BARS) all --configfile config/smoke.yaml
+	$(BIN)/snakemake -c$(CORES) all --configfile config/smoke.yaml
 
 paper: setup  ## the paper's exact fidelity: about an hour
-	$(BIN)/snakemake -c$(CORES) $(BARS) all --configfile config/paper.yaml
+	$(BIN)/snakemake -c$(CORES) all --configfile config/paper.yaml
 
 reference: paper  ## the paper's exact fidelity again, and its tables and report into docs/reference
 	cp $(addprefix results/paper/,$(addsuffix .parquet,$(REFERENCE)) surrogates.json report.html) docs/reference/
 
 twin: setup  ## a hidden soil simulated, forgotten and calibrated at full size: is it found again?
-	$(BIN)/snakemake -c$(CORES) $(BARS) all --configfile config/twin.yaml
+	$(BIN)/snakemake -c$(CORES) all --configfile config/twin.yaml
 
 first-answer: setup  ## a soil calibrated on docs/reference in seconds, without simulations: SOIL=<name or file>
 	$(BIN)/snakemake -c$(CORES) first_answer --quiet host progress reason $(if $(SOIL),--config soil=$(SOIL))

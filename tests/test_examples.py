@@ -1,8 +1,6 @@
 """What the documentation shows runs as shown."""
 
 import doctest
-import os
-import pty
 import re
 import subprocess
 import sys
@@ -82,16 +80,3 @@ def test_make_help_names_every_target_the_readme_uses():
     help_text = subprocess.run(["make", "help"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
     targets = {line.split()[0] for line in help_text.splitlines()}
     assert {"campaign", "setup", "test", "lint", "smoke", "paper"} <= targets
-
-
-def test_make_draws_bars_on_a_terminal_only():
-    controller, terminal = pty.openpty()
-    for stderr, bars in ((terminal, True), (subprocess.PIPE, False)):
-        recipe = subprocess.run(
-            ["make", "-n", "smoke"], cwd=ROOT, stdout=subprocess.PIPE, stderr=stderr, text=True, check=True
-        ).stdout
-        assert ("--logger rich" in recipe) == bars
-    os.close(controller)
-    os.close(terminal)
-    plugins = subprocess.run([sys.executable, "-m", "snakemake", "--help"], capture_output=True, text=True, check=True).stdout
-    assert re.search(r"--logger [^\n]*rich", plugins)
