@@ -16,6 +16,7 @@ import math
 import pandas as pd
 
 from calibration.errors import demand
+from calibration.surrogate import n_factor_terms
 
 SEED_KEYS = {"repose_seeds", "shear_seeds"}
 #: Each round of refinement adds this to its seeds, so that an optimum that stays where it is is still simulated anew.
@@ -142,6 +143,14 @@ def screening_seeds(config: dict) -> list[int]:
     return [*config["screening"]["base_seeds"], *config["screening"]["changed_seeds"]]
 
 
+def check_sweep(name: str, levels: list[float], n_couples: int, forms: set[str]) -> None:
+    """Raise CalibrationError for a sweep whose points, with a result at each, would not determine its factor g."""
+    if "quadratic" in forms:
+        demand(len(levels) > 2, f"design.sweep.{name}", levels, "at least three values, or g's square is not determined")
+    n_points, n_terms = n_couples * len(levels), max(n_factor_terms(form) for form in forms)
+    demand(n_points > n_terms, f"number of points of design.sweep.{name}", n_points, f"more than the {n_terms} coefficients of g")
+
+
 def check_design(config: dict) -> None:
     """Raise CalibrationError, naming the key, when the design refers to something that does not exist."""
     material, design = set(config["material"]), config["design"]
@@ -172,6 +181,8 @@ def check_design(config: dict) -> None:
     demand(n_points > n_terms, "number of points of design.grid", n_points, f"more than the {n_terms} coefficients of f")
     for name, levels in design["grid"].items():
         demand(len(levels) > 2, f"design.grid.{name}", levels, "at least three values, or f's square is not determined")
+    for name, levels in design["sweep"].items():
+        check_sweep(name, levels, len(design["sweep_couples"]), {form["g"] for form in config["surrogate"].values()})
     for test in ("repose_seeds", "shear_seeds"):
         refined = {seed + SEED_STEP * k for seed in config["refine"][test] for k in range(config["refine"]["rounds"])}
         seen = refined | set(design[test]) | (set(screening_seeds(config)) if test == "repose_seeds" else set())

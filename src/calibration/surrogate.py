@@ -42,6 +42,11 @@ def factor_basis(form: str, ratio) -> np.ndarray:
     return -np.log(ratio)[..., None]
 
 
+def n_factor_terms(form: str) -> int:
+    """How many coefficients g has."""
+    return factor_basis(form, 1.0).shape[-1]
+
+
 def factor_offset(form: str) -> float:
     """What g is where all its coefficients are zero."""
     return 0.0 if form == "quadratic" else 1.0

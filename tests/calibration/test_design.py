@@ -97,6 +97,7 @@ def test_further_points_are_rounded_so_that_the_same_point_is_the_same_simulatio
         ("screening.changes", {"restitution": 0.5}, "screening.changes.restitution is 0.5"),
         ("design.grid.rolling_friction", [0.0, 0.1], "design.grid.rolling_friction is .*; allowed: at least three values"),
         ("design.sweep.radius_m", [5e-5], "design values of radius_m is .*; allowed: at least two"),
+        ("design.sweep.radius_m", [5e-5, 1e-4], "design.sweep.radius_m is .*; allowed: at least three values"),
         ("twins", {"moon": {"radius_m": 5e-5, "repose_seeds": [1], "shear_seeds": [1]}}, "twins.moon is .*; allowed: .* and seeds"),
         ("twins.moon", {**TWIN, "static_friction": 2.0}, "twins.moon.static_friction is 2.0; allowed: within the design, 0 to 1.7"),
         (
@@ -109,3 +110,17 @@ def test_further_points_are_rounded_so_that_the_same_point_is_the_same_simulatio
 def test_a_design_that_contradicts_itself_is_refused(path, value, message):
     with pytest.raises(CalibrationError, match=message):
         expand(changed(path, value))
+
+
+@pytest.mark.parametrize(("radii", "n_couples", "form", "enough"), [(3, 1, "quadratic", False), (4, 1, "quadratic", True),
+    (3, 2, "quadratic", True), (2, 1, "log", True)])  # fmt: skip
+def test_a_sweep_must_determine_its_factor(radii, n_couples, form, enough):
+    config = changed("design.sweep.radius_m", [5e-5, 1e-4, 2e-4, 4e-4][:radii])
+    config["design"]["sweep_couples"] = [{"static_friction": s, "rolling_friction": 0.1} for s in (0.5, 0.9)][:n_couples]
+    for entry in config["surrogate"].values():
+        entry["g"] = form
+    if enough:
+        expand(config)
+    else:
+        with pytest.raises(CalibrationError, match="number of points of design.sweep.radius_m is 3; allowed: more than the 3"):
+            expand(config)

@@ -1,6 +1,7 @@
 """Whatever stands in a file, the readers of tables, checkpoints and manifests take it or refuse it in one line that names it."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 
 import dem
 import status
+from _inference import read_models
 from _manifest import ManifestError, read_manifest
 from _tables import METADATA_KEY, TableError, read_runs, read_table, read_timing, write_table
 
@@ -208,3 +210,21 @@ def test_a_manifest_is_read_or_refused(folder, content):
         read_manifest(folder)
     except ManifestError as error:
         refused(error, folder)
+
+
+@many
+@given(damages(), st.sampled_from(["chosen", "quadratic", "gaussian_process"]))
+@example(lambda content: b"[]", "chosen")
+@example(lambda content: b'{"cohesion": {"chosen": []}}', "chosen")
+def test_damaged_surrogates_are_read_or_refused(folder, damage, kind):
+    path = folder / "surrogates.json"
+    sound = (Path(__file__).parents[2] / "docs/reference/surrogates.json").read_bytes()
+    path.write_bytes(damage(sound))
+    try:
+        read_models(path, kind)
+    except TableError as error:
+        message = str(error)
+    else:
+        return
+    assert "surrogates.json: not the surrogates of a study (" in message
+    assert len(message.splitlines()) == 1

@@ -2,18 +2,24 @@
 
 from pathlib import Path
 
-from _tables import read_table
+from _tables import ADVICE, UNREADABLE, TableError, one_line, read_table
 from calibration import from_json, likelihood_of, space_of
 
 
-def models_of(files):
-    """The chosen surrogates of a round."""
-    return from_json(Path(files.surrogates).read_text(encoding="utf-8"))
+def read_models(path: str, model: str = "chosen") -> dict:
+    """The surrogates by response in a file that rule fit_surrogates wrote; `model` as in `calibration.from_json`.
+
+    Raises TableError, naming the file, for anything else.
+    """
+    try:
+        return from_json(Path(path).read_text(encoding="utf-8"), model)
+    except (*UNREADABLE, AttributeError) as error:
+        raise TableError(f"{path}: not the surrogates of a study ({one_line(error)}). {ADVICE}") from error
 
 
 def likelihoods_of(files, params) -> dict:
     """Case name -> its likelihood."""
-    models, soils = models_of(files), read_table(files.soils, "soil")
+    models, soils = read_models(files.surrogates), read_table(files.soils, "soil")
     space, ratio = space_of(params.design), params.uncertainty["target_uncertainty_ratio"]
     return {case["case"]: likelihood_of(case, models, soils, space, ratio) for case in params.optimise["cases"]}
 

@@ -17,12 +17,13 @@ import _pack
 import _report_calibration as calibrated
 import _report_figures as drawn
 import _views
+from _inference import read_models
 from _report_contents import FIGURES, TABLES, caption, has_friction_grid
 from _report_text import number, with_error
 from _stored import stored
 from _study import experiment_settings
 from _tables import read_provenance, read_table
-from calibration import from_json, paper, published
+from calibration import paper, published
 from calibration.surrogate import RESPONSES
 
 TEMPLATES = Path(__file__).resolve().parents[1] / "report"
@@ -72,7 +73,6 @@ class Report:
 def read_study(files, config: dict) -> Study:
     """Read the rule's input."""
     tables = {Path(path).stem: read_table(path, Path(path).stem) for path in files.tables}
-    text = Path(files.surrogates).read_text(encoding="utf-8")
     heaps, boxes = (stored(paths, "grains") for paths in (files.heaps, files.after))
     before = stored([*files.filled, *files.before], "grains")
     later = {"repose": files.later_repose, "shear": files.later_shear, "strength": files.later_strength}
@@ -80,7 +80,7 @@ def read_study(files, config: dict) -> Study:
         config=config,
         tables=tables,
         every={name: pd.concat([tables[name], *(read_table(path, name) for path in paths)]) for name, paths in later.items()},
-        models={kind: from_json(text, kind) for kind in ("chosen", "quadratic", "gaussian_process")},
+        models={kind: read_models(files.surrogates, kind) for kind in ("chosen", "quadratic", "gaussian_process")},
         rounds=[read_table(path, "verification") for path in files.rounds],
         residuals=read_table(files.residuals, "residuals"),
         twins=read_table(files.twins[0], "twins") if files.twins else None,

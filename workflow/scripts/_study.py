@@ -121,7 +121,15 @@ def describe(error: jsonschema.ValidationError) -> str:
 
 def simulations(config: dict) -> dict[str, dict]:
     """simulation_id -> design row, with plain Python values (None where a value does not apply)."""
+    design = config["design"]
     try:
+        demand(
+            {"static_friction", "rolling_friction"} <= set(design["grid"]) and "radius_m" in design["sweep"],
+            "design.variables",
+            design["variables"],
+            "any keys of material beside static_friction and rolling_friction in design.grid and radius_m in design.sweep, which "
+            "tables and figures are about",
+        )
         table = expand(config)
     except ValueError as error:
         raise WorkflowError(str(error)) from None

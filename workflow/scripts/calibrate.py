@@ -1,17 +1,16 @@
 """Adapt rule `calibrate` to `calibration.calibrate`."""
 
-from pathlib import Path
-
+from _inference import read_models
 from _log import log_to
 from _tables import read_table, write_table
-from calibration import calibrate, from_json
+from calibration import calibrate
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
     for _, row in read_table(snakemake.input.reachability, "reachability").query("not reachable").iterrows():
         print(f"{row['response']} of {row['soil']} is out of reach: {row['target']:g}; nearest is {row['nearest_reachable']:.4g}.")
     soils = read_table(snakemake.input.soils, "soil")
-    models = from_json(Path(snakemake.input.surrogates).read_text(encoding="utf-8"))
+    models = read_models(snakemake.input.surrogates)
     results = calibrate(models, soils, snakemake.params.optimise, snakemake.params.design["variables"], "ours")
     provenance = {"rule": snakemake.rule, **dict(snakemake.params.items())}
     for table, name in zip(results, ("optima", "iterations", "minima"), strict=True):

@@ -1,12 +1,11 @@
 """Adapt rule `calibrate_as_published` to `calibration.calibrate`: on our polynomials and on those that the paper prints."""
 
-from pathlib import Path
-
 import pandas as pd
 
+from _inference import read_models
 from _log import log_to
 from _tables import read_table, write_table
-from calibration import calibrate, from_json, published
+from calibration import calibrate, published
 
 #: The paper's surrogates know these variables and no others.
 PUBLISHED_VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
@@ -14,7 +13,7 @@ PUBLISHED_VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
 if __name__ == "__main__":
     log_to(snakemake.log[0])
     soils = read_table(snakemake.input.soils, "soil")
-    polynomials = from_json(Path(snakemake.input.surrogates).read_text(encoding="utf-8"), "quadratic")
+    polynomials = read_models(snakemake.input.surrogates, "quadratic")
     options = {**snakemake.params.optimise, "unreachable": "as_given"}
     results = [
         calibrate(polynomials, soils, options, snakemake.params.design["variables"], "polynomial"),

@@ -1,13 +1,12 @@
 """Adapt rule `check_coverage` to `calibration.coverage_table`."""
 
-from pathlib import Path
-
+from _inference import read_models
 from _log import log_to
 from _tables import write_table
-from calibration import coverage_table, from_json, space_of
+from calibration import coverage_table, space_of
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
-    models = from_json(Path(snakemake.input.surrogates).read_text(encoding="utf-8"), "gaussian_process")
+    models = read_models(snakemake.input.surrogates, "gaussian_process")
     table = coverage_table(models, space_of(snakemake.params.design))
     write_table(table, snakemake.output.table, "coverage", {"rule": snakemake.rule, **dict(snakemake.params.items())})

@@ -1,15 +1,14 @@
 """Adapt rule `conclude` to `calibration.conclusion`."""
 
 import shutil
-from pathlib import Path
 
 import pandas as pd
 
 from _files import whole
-from _inference import likelihoods_of
+from _inference import likelihoods_of, read_models
 from _log import log_to
 from _tables import read_table, write_table
-from calibration import conclusion, from_json
+from calibration import conclusion
 
 
 def main(files, params, output, provenance):
@@ -18,7 +17,7 @@ def main(files, params, output, provenance):
         read_table(files.posterior, "posterior"),
         read_table(files.verification, "verification"),
         likelihoods_of(files, params),
-        from_json(Path(files.surrogates).read_text(encoding="utf-8"), "gaussian_process"),
+        read_models(files.surrogates, "gaussian_process"),
     )
     table = pd.concat([answer, read_table(files.published_calibration, "optima")], ignore_index=True)
     text = ["missed", "extrapolated", "verified"]

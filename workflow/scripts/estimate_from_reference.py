@@ -1,24 +1,23 @@
 """Adapt rule `estimate_from_reference` to `calibration.first_answer`."""
 
-from pathlib import Path
-
 from threadpoolctl import threadpool_limits
 
 from _files import write_text
+from _inference import read_models
 from _log import log_to
 from _tables import read_provenance, read_table, write_table
-from calibration import cases_of, first_answer, first_answer_text, from_json, measure_soil
+from calibration import cases_of, first_answer, first_answer_text, measure_soil
 
 
 def main(files, params, output, provenance):
     # the reference's own design and material: the study's may differ
     design, material = read_provenance(files.calibration)["design"], read_provenance(files.verification)["material"]
-    text = Path(files.surrogates).read_text(encoding="utf-8")
     tables = {name: read_table(files[name], name) for name in ("repose", "strength")}
     soils = measure_soil(files.soil)
     cases = cases_of(soils["soil"].iloc[0], params.optimise["cases"])
     settings = {"design": design, "cases": cases, "optimise": params.optimise, "uncertainty": params.uncertainty}
-    table, reach = first_answer(from_json(text), from_json(text, "gaussian_process"), tables, soils, settings)
+    models, processes = (read_models(files.surrogates, kind) for kind in ("chosen", "gaussian_process"))
+    table, reach = first_answer(models, processes, tables, soils, settings)
     write_table(table, output.table, "first_answer", {**provenance, "design": design, "material": material})
     write_text(output.text, first_answer_text(table, reach, soils, design, material))
 

@@ -1,14 +1,13 @@
 """Adapt rule `reachability` to `calibration.reachability_table`."""
 
-from pathlib import Path
-
+from _inference import read_models
 from _log import log_to
 from _tables import read_table, write_table
-from calibration import from_json, reachability_table, space_of
+from calibration import reachability_table, space_of
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
-    models = from_json(Path(snakemake.input.surrogates).read_text(encoding="utf-8"))
+    models = read_models(snakemake.input.surrogates)
     repose, strength = read_table(snakemake.input.repose, "repose"), read_table(snakemake.input.strength, "strength")
     soils = read_table(snakemake.input.soils, "soil")
     space, ratio = space_of(snakemake.params.design), snakemake.params.uncertainty["target_uncertainty_ratio"]

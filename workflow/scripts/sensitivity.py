@@ -1,11 +1,11 @@
 """Adapt rule `sensitivity` to `calibration.sobol_table`."""
 
-from _inference import models_of
+from _inference import read_models
 from _log import log_to
 from _tables import write_table
 from calibration import sobol_table, space_of
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
-    table = sobol_table(models_of(snakemake.input), space_of(snakemake.params.design))
+    table = sobol_table(read_models(snakemake.input.surrogates), space_of(snakemake.params.design))
     write_table(table, snakemake.output.table, "sensitivity", {"rule": snakemake.rule, **dict(snakemake.params.items())})

@@ -1,21 +1,19 @@
 """Adapt rule `uncertainty` to `calibration.sample` and what follows from the samples."""
 
-from pathlib import Path
-
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from _inference import likelihoods_of, optima
+from _inference import likelihoods_of, optima, read_models
 from _log import log_to
 from _tables import read_table, write_table
-from calibration import equivalents, from_json, identifiability, posterior_table, sample
+from calibration import equivalents, identifiability, posterior_table, sample
 
 
 def main(files, params, output, provenance):
     at = optima(read_table(files.calibration, "optima"), params.design["variables"])
     tables = {"posterior": [], "equivalents": [], "identifiability": []}
     likelihoods = likelihoods_of(files, params)
-    processes = from_json(Path(files.surrogates).read_text(encoding="utf-8"), "gaussian_process")
+    processes = read_models(files.surrogates, "gaussian_process")
     for case in params.optimise["cases"]:
         likelihood = likelihoods[case["case"]]
         posterior = posterior_table(case, likelihood, *sample(likelihood, params.uncertainty["n_samples"]))

@@ -1,6 +1,6 @@
 """Adapt rules `compare_round` and `verify` to `calibration.comparison_table`."""
 
-from _inference import models_of
+from _inference import read_models
 from _log import log_to
 from _tables import read_table, write_table
 from calibration import comparison_table
@@ -16,5 +16,7 @@ if __name__ == "__main__":
         "line": pooled_line_scatter(strength[strength["fidelity"] == "campaign"]),
     }
     kind = {"strength": params.strength, "normal_stress": params.normal_stress}
-    table = comparison_table(read_table(files.calibration, "optima"), models_of(files), tables, params.material, kind, scatter)
+    table = comparison_table(
+        read_table(files.calibration, "optima"), read_models(files.surrogates), tables, params.material, kind, scatter
+    )
     write_table(table, snakemake.output.table, "verification", {"rule": snakemake.rule, **dict(params.items())})
