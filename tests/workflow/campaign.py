@@ -1,13 +1,21 @@
-"""The smoke campaign, for the tests that need one."""
+"""The smoke campaign, for the tests that need one, and what of a campaign must be the same in every run."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import pyarrow.parquet as pq
+
+from _manifest import hashes
+
 ROOT = Path(__file__).parents[2]
 SNAKEMAKE = [sys.executable, "-m", "snakemake", "--configfile", "config/smoke.yaml"]
+
+#: Tables in which wall times stand, which differ from run to run.
+TIMED = ("repose.parquet", "shear.parquet", "acceleration.parquet")
 
 
 def copy_project(target: Path) -> Path:
@@ -22,3 +30,29 @@ def snakemake(project: Path, *arguments: str) -> subprocess.CompletedProcess:
     """Run snakemake in a project with the project's own sources."""
     environment = os.environ | {"PYTHONPATH": str(project / "src")}
     return subprocess.run([*SNAKEMAKE, *arguments], cwd=project, env=environment, capture_output=True, text=True, check=False)
+
+
+def essence(results: Path) -> dict[str, object]:
+    """Path -> content of every result without what wall times stand in, which is all that may differ between two runs."""
+    found = {}
+    for name in hashes(results):
+        path = results / name
+        if path.name in TIMED:
+            table = pq.read_table(path)
+            found[name] = table.drop_columns([column for column in table.column_names if "wall_time" in column])
+        elif path.name == "report.html":
+            found[name] = re.sub(r"in [\d.]+ core-minutes|<td>[\d.]+ / [\d.]+</td>", "", path.read_text())
+        elif name == "tables/acceleration.csv":  # its last column
+            found[name] = [line.rpartition(",")[0] for line in path.read_text().splitlines()]
+        elif path.name != "timing.json":
+            found[name] = path.read_bytes()
+    return found
+
+
+def differing(found: dict, expected: dict) -> list[str]:
+    """Names of the results in which two campaigns differ, of all that both have; metadata of tables count."""
+
+    def same(one, other):
+        return one.equals(other, check_metadata=True) if hasattr(one, "equals") else one == other
+
+    return [name for name in found if name in expected and not same(found[name], expected[name])]

@@ -20,17 +20,16 @@ import psutil
 import pyarrow.parquet as pq
 import pytest
 import yaml
+from campaign import differing, essence
 
 from _files import PART
-from _manifest import differences, hashes
+from _manifest import differences
 
 ROOT = Path(__file__).parents[2]
 TRIES = int(os.environ.get("VIRTUAL_SOIL_FAULT_TRIES", "1"))
 RESULTS = Path("results") / "tiny"
 #: What the simulations are reduced to; everything behind it depends on their tables alone.
 MEASURED = [str(RESULTS / name) for name in ("repose.parquet", "shear.parquet", "strength.parquet")]
-#: Tables in which wall times stand, which differ from run to run.
-TIMED = ("repose.parquet", "shear.parquet", "acceleration.parquet")
 
 
 def tiny(config: dict) -> dict:
@@ -82,33 +81,14 @@ def reruns(project: Path, *targets: str) -> None:
     assert status == 0, output[-5000:]
 
 
-def essence(project: Path) -> dict[str, object]:
-    """Path -> content of every result without what wall times stand in, which is all that may differ between two runs."""
-    found = {}
-    for name in hashes(project / RESULTS):
-        path = project / RESULTS / name
-        if path.name in TIMED:
-            table = pq.read_table(path)
-            found[name] = table.drop_columns([column for column in table.column_names if "wall_time" in column])
-        elif path.name == "report.html":
-            found[name] = re.sub(r"in [\d.]+ core-minutes|<td>[\d.]+ / [\d.]+</td>", "", path.read_text())
-        elif name == "tables/acceleration.csv":  # its last column
-            found[name] = [line.rpartition(",")[0] for line in path.read_text().splitlines()]
-        elif path.name != "timing.json":
-            found[name] = path.read_bytes()
-    return found
-
-
 def same(project: Path, reference: Path) -> None:
     """All results that were asked for are there, are those of the undisturbed campaign, and nothing is left of the fault."""
-    mine, others = essence(project), essence(reference)
+    mine, others = essence(project / RESULTS), essence(reference / RESULTS)
     if not (project / RESULTS / "report.html").exists():
         others = {name: content for name, content in others.items() if name.startswith("sims/") or name in mine}
         assert all((project / name).exists() for name in MEASURED)
     assert mine.keys() == others.keys()
-    for name, content in mine.items():
-        equal = content.equals(others[name], check_metadata=True) if hasattr(content, "equals") else content == others[name]
-        assert equal, name
+    assert not differing(mine, others)
     assert not list((project / RESULTS).glob("checkpoints/*"))
 
 

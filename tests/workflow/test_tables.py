@@ -4,6 +4,7 @@ import pandas as pd
 import pytest
 
 from _tables import SCHEMAS, TableError, check_table, empty_table, load_schema, read_provenance, read_table, write_table
+from calibration import acceleration_table
 
 GRAINS = pd.DataFrame({"simulation": ["a"], "x_m": [0.0], "y_m": [0.0], "z_m": [1e-3], "radius_m": [1e-3], "speed_m_s": [0.0]})
 
@@ -55,3 +56,15 @@ def test_a_table_without_rows_obeys_its_schema(tmp_path):
     for path in SCHEMAS.glob("*.yaml"):
         write_table(empty_table(path.stem), str(tmp_path / "empty.parquet"), path.stem, {})
         assert len(read_table(str(tmp_path / "empty.parquet"), path.stem)) == 0
+
+
+def test_a_study_without_check_points_twins_or_further_rounds_has_tables_all_the_same(tmp_path):
+    path = str(tmp_path / "empty.parquet")
+    for name, frame in (
+        ("acceleration", acceleration_table(empty_table("repose"), empty_table("shear"))),
+        ("twins", pd.DataFrame()),
+    ):
+        write_table(frame, path, name, {})
+        assert list(read_table(path, name)) == list(load_schema(name))
+    write_table(pd.DataFrame(columns=["stickiness"]), path, "design", {})
+    assert "stickiness" in read_table(path, "design")

@@ -69,15 +69,27 @@ wildcard_constraints:
     stage=r"|/rounds/\d+|/verification",
 
 
+# what takes a second or two, and reads small tables only: on a cluster a job would cost ten
 localrules:
     all,
     animations,
+    check_acceleration,
+    compare_round,
+    conclude,
     design,
+    export,
     first_answer,
     manifest,
     measure_soils,
-    verify_results,
     paraview,
+    reachability,
+    refinement_design,
+    screening,
+    strength,
+    twins,
+    verification_design,
+    verify,
+    verify_results,
 
 
 def stage_rows(stage):

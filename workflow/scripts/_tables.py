@@ -83,6 +83,8 @@ def check_column(values: np.ndarray, column: str, rule: dict, source: str) -> No
 
 def write_table(table, path: str, name: str, provenance: dict) -> None:
     """Check a table and write it to Parquet with its provenance (any JSON-like dict)."""
+    if not isinstance(table, dict) and table.empty:  # of which pandas does not know what its columns would have held
+        table = empty_table(name, table.columns)
     check_table(table, name, path)
     if isinstance(table, dict):
         arrow = pa.Table.from_arrays([arrow_column(np.asarray(values)) for values in table.values()], names=list(table))
@@ -242,12 +244,13 @@ def read_all(paths, name: str):
     return table.drop_duplicates("simulation_id", ignore_index=True) if "simulation_id" in table else table
 
 
-def empty_table(name: str):
-    """A DataFrame without rows that has a schema's columns."""
+def empty_table(name: str, further=()):
+    """A DataFrame without rows that has a schema's columns, and further ones of numbers."""
     import pandas as pd
 
     kinds = {"string": str, "integer": int, "number": float, "boolean": bool}
-    return pd.DataFrame({column: pd.Series(dtype=kinds[rule["type"]]) for column, rule in load_schema(name).items()})
+    types = dict.fromkeys(further, float) | {column: kinds[rule["type"]] for column, rule in load_schema(name).items()}
+    return pd.DataFrame({column: pd.Series(dtype=kind) for column, kind in types.items()})
 
 
 def read_provenance(path: str | Path) -> dict:

@@ -2,7 +2,7 @@
 
 from _inference import likelihoods_of
 from _log import log_to
-from _tables import empty_table, read_table, write_table
+from _tables import read_table, write_table
 from calibration import space_of, twin_table
 
 if __name__ == "__main__":
@@ -11,5 +11,4 @@ if __name__ == "__main__":
     calibration, posterior = read_table(files.calibration, "optima"), read_table(files.posterior, "posterior")
     likelihoods, space = likelihoods_of(files, params), space_of(params.design)
     table = twin_table(params.twins, params.optimise["cases"], calibration, posterior, likelihoods, space)
-    table = table if len(table) else empty_table("twins")  # twins that no case calibrates
     write_table(table, snakemake.output.table, "twins", {"rule": snakemake.rule, **dict(params.items())})
