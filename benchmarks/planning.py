@@ -1,6 +1,6 @@
 """What a campaign costs beside its simulations: planning it (a dry run), and starting each job.
 
-    .venv/bin/python benchmarks/planning.py             # dry runs of 30 to 5000 simulations
+    .venv/bin/python benchmarks/planning.py             # dry runs of 50 (a study has no fewer) to 5000 simulations
     .venv/bin/python benchmarks/planning.py --run 300   # and a real campaign of so many simulations of a moment each
 
 Every size is a study of its own in a temporary folder, with the project's rules and sources. Prints a table and,
@@ -21,9 +21,9 @@ import numpy as np
 import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
-SIZES = (30, 100, 300, 1000, 3000, 5000)
-#: The least that the method asks of a study; a point of the grid is a heap and as many shear tests as there are stresses.
-STRESSES_PA, LEAST_SEEDS = [250.0, 500.0, 1000.0], 2
+SIZES = (50, 100, 300, 1000, 3000, 5000)
+#: The least that a study may ask for: values of rolling friction, radii, stresses on the lid, seeds of the base set.
+ROLLING, RADII_M, STRESSES_PA, LEAST_SEEDS = [0.1, 0.2, 0.3], [5.0e-5, 1.0e-4, 2.0e-4, 4.0e-4], [250.0, 500.0, 1000.0], 2
 #: Tests as small and short as the configuration allows.
 HEAP = {"n_particles": 50, "tube_diameter_ratio": 5.0, "plate_half_width_ratio": 20.0, "max_time_s": 1e-3}
 BOX = {"length_ratio": 10.0, "height_ratio": 8.0, "width_ratio": 5.0, "displacement_ratio": 0.05}
@@ -31,14 +31,17 @@ QUICK = {"lift_speed_m_s": 1.0, "shear_inertial_number": 0.1, "repose_stiffness_
 
 
 def study(n: int) -> dict:
-    """A configuration with n simulations: points along one variable, and seeds of the screening's heaps for the rest."""
+    """A configuration with n simulations: values of static friction, and seeds of the screening's heaps for the rest."""
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
-    n_points = (n - LEAST_SEEDS) // (1 + len(STRESSES_PA))
-    values = np.linspace(0.2, 0.9, n_points).round(6).tolist()
+    at_a_point = 1 + len(STRESSES_PA)
+    n_values = ((n - LEAST_SEEDS) // at_a_point - (len(RADII_M) - 1)) // len(ROLLING)
+    values = np.linspace(0.2, 0.9, n_values).round(6).tolist()
+    n_points = n_values * len(ROLLING) + len(RADII_M) - 1  # the base radius is in the grid
     config["study"] = "planning"
-    config["design"] |= {"variables": ["rolling_friction"], "grid": {"rolling_friction": values}, "sweep": {}}
-    config["design"] |= {"sweep_couples": [{"rolling_friction": values[0]}], "repose_seeds": [1], "shear_seeds": [1]}
-    seeds = list(range(1000, 1000 + n - n_points * (1 + len(STRESSES_PA))))
+    config["design"] |= {"grid": {"static_friction": values, "rolling_friction": ROLLING}, "sweep": {"radius_m": RADII_M}}
+    config["design"] |= {"sweep_couples": [{"static_friction": values[0], "rolling_friction": ROLLING[0]}]}
+    config["design"] |= {"repose_seeds": [1], "shear_seeds": [1]}
+    seeds = list(range(1000, 1000 + n - n_points * at_a_point))
     config["screening"] = {"base_seeds": seeds, "changed_seeds": [1], "changes": {}}
     config["fidelity"]["check"]["couples"] = []
     config["fidelity"]["campaign"] |= QUICK
@@ -94,7 +97,8 @@ def overhead(n: int) -> dict:
         results = folder / "results" / "planning"
         snakemake(folder, "-c1", "results/planning/kernels.txt")  # compiles where that was not done yet
         spent, _ = snakemake(folder, "-c1", "results/planning/repose.parquet", "results/planning/shear.parquet")
-        simulated = [json.loads(path.read_text())["wall_time_s"] for path in results.glob("sims/*/*/timing.json")]
+        paths = results.glob("sims/*/*/timing.json")
+        simulated = [time_s for path in paths for time_s in json.loads(path.read_text())["wall_time_s"].values()]
     if len(simulated) != n:
         sys.exit(f"{len(simulated)} simulations were made, not {n}.")
     return {

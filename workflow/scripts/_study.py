@@ -24,7 +24,7 @@ SOIL_NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 #: How deep a configuration may be nested (its schema is five deep), the magnitude no number in it reaches, and how many lines a
 #: message about it has.
 MAX_DEPTH, LARGEST, SHOWN = 20, 2.0**62, 20
-#: Grains times steps that one simulation stays below: at 20 million a second, 1600 years.
+#: Grains times steps that one simulation stays below: at 50 million a second, 600 years.
 MAX_GRAIN_STEPS = 1e18
 #: What each experiment's setup takes over from its part of the configuration.
 PROTOCOL = {

@@ -119,8 +119,6 @@ def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
     n_grains = round(FILL_FRACTION * length * width * height / volume)
     region = BoxRegion(low_m=(0.0, 0.0), high_m=(length, width), bottom_m=0.0, periodic_y=True)
     factory = Factory(n_grains=n_grains, region=region, sizes=soil.sizes, material="soil", seed=seed)
-    positions, radii = factory.make()
-    top = float((positions[:, 2] + radii).max())
     simulation = Simulation(
         materials={"soil": grain, "frame": grain, "plate": grain},
         interactions={
@@ -144,8 +142,9 @@ def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
         energy_ledger=engine.energy_ledger,
         floor_m=-2.0 * soil.sizes.largest_m,
     )
-    simulation.add_grains(positions, radii, "soil")
-    simulation.add_wall(lid(soil, setup, n_grains, top))
+    simulation.add_factory(factory)
+    grains = simulation.grains
+    simulation.add_wall(lid(soil, setup, n_grains, float((grains.positions_m[:, 2] + grains.radii_m).max())))
     return simulation
 
 
