@@ -9,8 +9,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
+from campaign import snakemake
 from PIL import Image
 from playwright.sync_api import sync_playwright
+
+from _report_contents import FIGURES, TABLES
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium: apt-get install chromium")
@@ -303,3 +306,19 @@ def test_the_page_explains_itself_to_a_screen_reader(opened):
 def test_nothing_was_fetched_and_the_console_stayed_silent(desk):
     assert desk.requests == []
     assert desk.messages == []
+
+
+def test_snakemakes_own_report_shows_figures_and_tables_by_the_steps_of_the_method(browser, finished, tmp_path):
+    packed = snakemake(finished, "--report", str(tmp_path / "packed.html"))
+    assert packed.returncode == 0, packed.stderr[-3000:]
+    context = browser.new_context(viewport=DESK, offline=True)
+    page, errors = context.new_page(), []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto((tmp_path / "packed.html").as_uri())
+    for section in dict.fromkeys(section for section, _ in (*FIGURES.values(), *TABLES.values())):
+        page.get_by_text(section, exact=True).first.click()
+        for _, title in (entry for entry in (*FIGURES.values(), *TABLES.values()) if entry[0] == section):
+            page.get_by_text(title, exact=True).first.wait_for(timeout=LONG_MS)
+        page.get_by_text("Results", exact=True).first.click()
+    context.close()
+    assert not errors
