@@ -59,7 +59,9 @@ def test_it_says_what_it_rests_on_and_what_is_out_of_reach(answered):
     assert "cohesion          NO, nearest" in text
     path = str(folder / "results/first_answer/lunar_regolith.parquet")
     table = read_table(path, "first_answer")
-    assert set(table["out_of_reach"]) == {"cohesion"}
+    reach = pd.read_parquet(REFERENCE / "reachability.parquet").query("soil == 'lunar_regolith' and not reachable")
+    assert "cohesion" in set(reach["response"])  # grains without adhesion
+    assert set(table["out_of_reach"]) == {",".join(reach["response"])}
     assert set(table["verified"]) == {"not simulated"}
     assert table["basis"].str.contains("reference tables").all()
     assert read_provenance(path)["design"]["variables"] == VARIABLES
