@@ -23,7 +23,7 @@ def started(project: Path, *arguments: str, **environment: str) -> subprocess.Po
     with open(project / "snakemake.log", "w") as log:
         # the sources of all are the same files, so that kernels are compiled once
         variables = os.environ | {"PYTHONPATH": str(ROOT / "src")} | environment
-        return subprocess.Popen([*SNAKEMAKE, "all", *arguments], cwd=project, env=variables, stdout=log, stderr=log)
+        return subprocess.Popen([*SNAKEMAKE, *arguments, "--", "all"], cwd=project, env=variables, stdout=log, stderr=log)
 
 
 def ended_well(process: subprocess.Popen, project: Path) -> None:
