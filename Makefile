@@ -27,7 +27,7 @@ test: setup lint  ## lint, all tests (kernels also uncompiled) and the smoke cam
 	NUMBA_DISABLE_JIT=1 $(BIN)/pytest tests/dem/contact
 	$(BIN)/pytest
 
-test-slurm: setup  ## a small study on a real SLURM of two virtual nodes, started here; as root on Debian only
+test-slurm: setup  ## the smoke campaign on a real SLURM of two virtual nodes, started here; as root on Debian only
 	tests/slurm/run.sh
 
 lint: setup  ## style, types, workflow, spelling

@@ -1,50 +1,32 @@
-"""A study through the profiles, on the SLURM that run.sh has started: its results are the bytes of the same study made here.
+"""The smoke campaign through the profiles, on the SLURM that run.sh has started: its results are the bytes of a local run.
 
-Jobs are cancelled, and run out of their time; both are submitted again and go on. Only the campaign of a study smaller than `smoke`
-is made: every further rule would be a job of its own, seen to be finished some ten seconds late.
+Jobs of the one campaign are cancelled and run out of their time; they are submitted again and go on.
 """
 
-import os
-import shutil
+import contextlib
 import subprocess
-import sys
 import time
 from pathlib import Path
 
-import pandas as pd
 import pytest
+from campaign import ENVIRONMENT, SNAKEMAKE, copy_project, differing, essence
 
-ROOT = Path(__file__).parents[2]
-STUDY = "tests/slurm/study.yaml"
-TABLES = [f"results/small/{name}.parquet" for name in ("repose", "strength")]
+RESULTS = Path("results") / "smoke"
 #: A job is disturbed when so many simulations of its batch are finished.
 FINISHED = 3
-PATIENCE_S = 900.0
+PATIENCE_S = 1800.0
 
 
 def started(project: Path, *arguments: str, **environment: str) -> subprocess.Popen:
-    """Snakemake, in a folder of its own that shares the sources, so that kernels are compiled once."""
-    for name in ("config", "workflow", "profiles", "tests/slurm"):
-        shutil.copytree(ROOT / name, project / name, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(ROOT / "Snakefile", project)
-    (project / "src").symlink_to(ROOT / "src")
-    command = [sys.executable, "-m", "snakemake", *arguments, "--configfile", STUDY]
+    """Snakemake, in a folder of its own."""
+    copy_project(project)
     with open(project / "snakemake.log", "w") as log:
-        variables = os.environ | {"PYTHONPATH": str(ROOT / "src")} | environment
-        return subprocess.Popen([*command, "--", *TABLES], cwd=project, env=variables, stdout=log, stderr=log)
+        variables = ENVIRONMENT | environment
+        return subprocess.Popen([*SNAKEMAKE, *arguments, "--", "all"], cwd=project, env=variables, stdout=log, stderr=log)
 
 
 def ended_well(process: subprocess.Popen, project: Path) -> None:
     assert process.wait(PATIENCE_S) == 0, (project / "snakemake.log").read_text()[-5000:]
-
-
-def files(project: Path) -> dict[str, bytes]:
-    """Everything that simulations wrote but the times that they took, and the tables without these."""
-    results = project / "results" / "small"
-    found = {str(path.relative_to(results)): path.read_bytes() for path in results.glob("sims/*/*/*.parquet")}
-    for path in (results / "repose.parquet", results / "strength.parquet"):
-        found[path.name] = pd.read_parquet(path).drop(columns="wall_time_s", errors="ignore").to_csv().encode()
-    return found
 
 
 def squeue(columns: str) -> list[str]:
@@ -62,50 +44,70 @@ def wait_until(condition, process: subprocess.Popen):
     return found
 
 
-def running(rule: str) -> str | None:
-    """Id of the rule's job that runs; the plugin writes the rule into a job's comment."""
+def half_done(project: Path, experiment: str, rule: str) -> str | None:
+    """Id of a running job of the rule that has finished simulations of its batch; the slurm plugin names the rule in a comment."""
+    tables = RESULTS / "checkpoints" / "*" / {"repose": "grains", "shear": "history"}[experiment]
+    if len(list(project.glob(f"{tables}.parquet"))) < FINISHED:
+        return None
     return next((line.split()[0] for line in squeue("%i %T %k") if line.split()[1] == "RUNNING" and rule in line), None)
+
+
+def disturb(project: Path, process: subprocess.Popen, experiment: str, state: str, *command: str) -> None:
+    """Give SLURM a command about a half-done job of an experiment, until a job has ended in the state."""
+    rule = f"simulate_{experiment}"
+    while True:
+        job = wait_until(lambda: half_done(project, experiment, rule), process)
+        with contextlib.suppress(subprocess.CalledProcessError):  # it has ended meanwhile
+            subprocess.run([word.replace("JOB", job) for word in command], check=True)
+        going = [f"{job} RUNNING", f"{job} COMPLETING"]
+        wait_until(lambda going=going: not any(line in going for line in squeue("%i %T")), process)
+        if any(state in line and rule in line for line in squeue("%T %k")):
+            return
 
 
 @pytest.fixture(scope="session")
 def local(tmp_path_factory):
-    """The study's files, made on this machine without SLURM, in the batches that the profiles ask for."""
+    """What the campaign gives on this machine without SLURM, in the batches that the profiles ask for."""
     project = tmp_path_factory.mktemp("local")
     ended_well(started(project, "-c2", "--config", "batch_minutes=20"), project)
-    return files(project)
+    return essence(project / RESULTS)
 
 
-def test_what_is_cancelled_or_runs_out_of_time_goes_on_and_gives_the_same_bytes(local, tmp_path):
+@pytest.fixture(scope="session")
+def campaigns(local, tmp_path_factory):
+    """The campaigns of both profiles, running side by side: profile -> (Snakemake, its folder)."""
+    folders = {name: tmp_path_factory.mktemp(name) for name in ("slurm", "generic")}
     settings = ["--slurm-status-command", "squeue", "--slurm-init-seconds-before-status-checks", "3"]
-    process = started(tmp_path, "--profile", "profiles/slurm", *settings)
-    kept = tmp_path / "results" / "small" / "checkpoints"
-    try:
-        for rule, table, end in (
-            ("simulate_shear", "history", ["scontrol", "update", "EndTime=now+1"]),
-            ("simulate_repose", "grains", ["scancel"]),
-        ):
-            wait_until(lambda table=table: len(list(kept.glob(f"*/{table}.parquet"))) >= FINISHED, process)
-            job = wait_until(lambda rule=rule: running(rule), process)
-            subprocess.run([*end, job if end == ["scancel"] else f"JobId={job}"], check=True)
-        ended_well(process, tmp_path)
-    finally:
+    processes = {
+        "slurm": started(folders["slurm"], "--profile", "profiles/slurm", *settings),
+        "generic": started(
+            folders["generic"], "--profile", "profiles/generic", "--seconds-between-status-checks", "2", SCHEDULER="slurm"
+        ),
+    }
+    yield {name: (processes[name], folders[name]) for name in processes}
+    for process in processes.values():
         process.terminate()
         process.wait(PATIENCE_S)
-    states = squeue("%T %k")
-    assert any("CANCELLED" in line and "simulate_repose" in line for line in states), states
-    assert any("TIMEOUT" in line and "simulate_shear" in line for line in states), states
+
+
+def same(found: dict, expected: dict) -> None:
+    assert found.keys() == expected.keys()
+    assert not differing(found, expected)
+
+
+def test_what_is_cancelled_or_runs_out_of_time_goes_on_and_gives_the_same_bytes(local, campaigns):
+    process, project = campaigns["slurm"]
+    disturb(project, process, "shear", "TIMEOUT", "scontrol", "update", "JobId=JOB", "EndTime=now+1")
+    disturb(project, process, "repose", "CANCELLED", "scancel", "JOB")
+    ended_well(process, project)
     for experiment in ("repose", "shear"):
-        log = (tmp_path / "logs" / "small" / experiment / "campaign.log").read_text()
-        assert log.count("finished before, in") >= FINISHED
-    assert files(tmp_path) == local
+        logs = [path.read_text() for path in (project / "logs" / "smoke" / experiment).glob("*.log")]
+        assert any("finished before, in" in log for log in logs)
+    same(essence(project / RESULTS), local)
 
 
-def test_any_submit_command_gives_the_same_bytes(local, tmp_path):
-    process = started(tmp_path, "--profile", "profiles/generic", "--seconds-between-status-checks", "2", SCHEDULER="slurm")
-    try:
-        ended_well(process, tmp_path)
-    finally:
-        process.terminate()
-        process.wait(PATIENCE_S)
-    assert (tmp_path / "logs" / "cluster").is_dir()
-    assert files(tmp_path) == local
+def test_any_submit_command_gives_the_same_bytes(local, campaigns):
+    process, project = campaigns["generic"]
+    ended_well(process, project)
+    assert (project / "logs" / "cluster").is_dir()
+    same(essence(project / RESULTS), local)

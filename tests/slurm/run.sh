@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# A small study on a real SLURM, started here for it and stopped afterwards. Only as root on Debian; elsewhere it says so and passes.
+# The smoke campaign on a real SLURM, started here for it and stopped afterwards. Only as root on Debian; elsewhere it says so and passes.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 skip() {

@@ -14,22 +14,25 @@ from _manifest import hashes
 ROOT = Path(__file__).parents[2]
 SNAKEMAKE = [sys.executable, "-m", "snakemake", "--configfile", "config/smoke.yaml"]
 
+#: All projects import from the same files, so that kernels are compiled once.
+ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+
 #: Tables in which wall times stand, which differ from run to run.
 TIMED = ("repose.parquet", "shear.parquet", "acceleration.parquet")
 
 
 def copy_project(target: Path) -> Path:
-    """A copy of what the workflow needs, so that tests may edit it."""
-    for name in ("config", "workflow", "src", "profiles"):
-        shutil.copytree(ROOT / name, target / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+    """A copy of what the workflow needs, so that tests may edit it; `src`, which it fingerprints, is a link."""
+    for name in ("config", "workflow", "profiles"):
+        shutil.copytree(ROOT / name, target / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "Snakefile", target)
+    (target / "src").symlink_to(ROOT / "src")
     return target
 
 
 def snakemake(project: Path, *arguments: str) -> subprocess.CompletedProcess:
-    """Run snakemake in a project with the project's own sources."""
-    environment = os.environ | {"PYTHONPATH": str(project / "src")}
-    return subprocess.run([*SNAKEMAKE, *arguments], cwd=project, env=environment, capture_output=True, text=True, check=False)
+    """Run snakemake in a project, with the sources that are tested."""
+    return subprocess.run([*SNAKEMAKE, *arguments], cwd=project, env=ENVIRONMENT, capture_output=True, text=True, check=False)
 
 
 def essence(results: Path) -> dict[str, object]:

@@ -1,6 +1,5 @@
 """The whole workflow, end to end, on the smoke study, and what is run again after each kind of change."""
 
-import os
 import re
 import resource
 import shutil
@@ -12,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from campaign import ROOT, copy_project, snakemake
+from campaign import ENVIRONMENT, ROOT, copy_project, snakemake
 
 from calibration.surrogate import RESPONSES
 
@@ -30,7 +29,7 @@ def planned(project: Path) -> dict[str, int]:
 
 @pytest.fixture
 def project(finished, tmp_path):
-    """A copy of the finished campaign to edit; file times are kept."""
+    """A copy of the finished campaign to edit, `src` with it; file times are kept."""
     return Path(shutil.copytree(finished, tmp_path / "project"))
 
 
@@ -317,8 +316,7 @@ def test_an_impossible_target_is_refused_before_anything_runs(tmp_path, old, new
 def lint(project: Path) -> subprocess.CompletedProcess:
     """Run the project's linter of the workflow."""
     command = [sys.executable, str(ROOT / ".ci/lint_workflow.py")]
-    environment = os.environ | {"PYTHONPATH": str(project / "src")}
-    return subprocess.run(command, cwd=project, env=environment, capture_output=True, text=True, check=False)
+    return subprocess.run(command, cwd=project, env=ENVIRONMENT, capture_output=True, text=True, check=False)
 
 
 def test_the_linter_has_no_hint_but_the_one_that_contributing_explains(tmp_path):

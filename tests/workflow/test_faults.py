@@ -20,12 +20,11 @@ import psutil
 import pyarrow.parquet as pq
 import pytest
 import yaml
-from campaign import differing, essence
+from campaign import ENVIRONMENT, copy_project, differing, essence
 
 from _files import PART
 from _manifest import differences
 
-ROOT = Path(__file__).parents[2]
 TRIES = int(os.environ.get("VIRTUAL_SOIL_FAULT_TRIES", "1"))
 RESULTS = Path("results") / "tiny"
 #: What the simulations are reduced to; everything behind it depends on their tables alone.
@@ -63,9 +62,8 @@ def tiny(config: dict) -> dict:
 def started(project: Path, *arguments: str) -> subprocess.Popen:
     """Start snakemake in a process group of its own; its output goes to `output` in the project."""
     command = [sys.executable, "-m", "snakemake", "-c2", *arguments]
-    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}  # the same files for all projects, so compiled only once
     with open(project / "output", "w", encoding="utf-8") as file:
-        return subprocess.Popen(command, cwd=project, env=environment, stdout=file, stderr=file, start_new_session=True)
+        return subprocess.Popen(command, cwd=project, env=ENVIRONMENT, stdout=file, stderr=file, start_new_session=True)
 
 
 def ended(project: Path, *arguments: str) -> tuple[int, str]:
@@ -129,11 +127,7 @@ def running(head: subprocess.Popen, project: Path) -> list[psutil.Process]:
 @pytest.fixture(scope="session")
 def reference(tmp_path_factory):
     """A finished campaign that nobody disturbed."""
-    project = tmp_path_factory.mktemp("reference")
-    for name in ("config", "workflow", "profiles"):
-        shutil.copytree(ROOT / name, project / name, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(ROOT / "Snakefile", project)
-    (project / "src").symlink_to(ROOT / "src")
+    project = copy_project(tmp_path_factory.mktemp("reference"))
     file = project / "config" / "config.yaml"
     file.write_text(yaml.safe_dump(tiny(yaml.safe_load(file.read_text())), sort_keys=False))
     reruns(project, "all")

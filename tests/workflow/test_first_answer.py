@@ -1,18 +1,17 @@
 """The first answer: a soil calibrated on the reference tables, without any simulation."""
 
-import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pandas as pd
 import pytest
+from campaign import ENVIRONMENT, ROOT
 
 from _tables import read_provenance, read_table
 from calibration import cases_of
 from calibration.surrogate import RESPONSES
 
-ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "docs" / "reference"
 VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
 
@@ -23,8 +22,7 @@ def snakemake(folder: Path, *arguments: str) -> str:
         if not (folder / name).exists():
             (folder / name).symlink_to(ROOT / name)
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile"), "--directory", str(folder), *arguments]
-    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
-    result = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+    result = subprocess.run(command, cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, check=False)
     return result.stdout + result.stderr
 
 
@@ -105,8 +103,7 @@ def test_make_shows_why_it_cannot_answer():
         f"BIN={Path(sys.executable).parent}",
         "SOIL=green_cheese",
     ]
-    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
-    result = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+    result = subprocess.run(command, cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, check=False)
     assert result.returncode != 0
     assert "there is no config/soils/green_cheese.yaml; existing soils: " in result.stdout + result.stderr
 

@@ -75,6 +75,8 @@ def printed(page, beginning):
 
 def test_the_printed_experiment_is_planned(tmp_path):
     project = copy_project(tmp_path)
+    (project / "src").unlink()
+    shutil.copytree(ROOT / "src", project / "src")
     shutil.copy(ROOT / "docs/examples/loose_density.py", project / "src/dem/experiments")
     (project / "workflow/rules/density.smk").write_text(printed("add-an-experiment.md", "# Loose bulk density"))
     (project / "workflow/scripts/simulate_density.py").write_text(
