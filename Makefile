@@ -25,7 +25,7 @@ $(READY): requirements.lock pyproject.toml
 
 test: setup lint  ## lint, all tests (kernels also uncompiled) and the smoke campaign
 	NUMBA_DISABLE_JIT=1 $(BIN)/pytest tests/dem/contact
-	$(BIN)/pytest --numprocesses $(CORES) --dist loadgroup
+	$(BIN)/pytest --numprocesses $(CORES)
 
 test-slurm: setup  ## the smoke campaign on a real SLURM of two virtual nodes, started here; as root on Debian only
 	tests/slurm/run.sh
