@@ -33,6 +33,8 @@ SETUP = angle_of_repose.Setup(
     scale_radius_m=50e-6,
 )
 FILL_S, LIFT_S = 0.09, 0.05
+#: At most so long a filled column may creep until it counts as at rest.
+REST_S = 0.3
 STATES = ("column at rest", "tube lifted", "heap at rest")
 WINDOW_STEPS = 1000
 #: A copied simulation's arrays begin at no cache line until its grains are sorted in space, as any simulation's are.
@@ -61,6 +63,7 @@ def lifted(simulation: Simulation, states) -> dict[str, Simulation]:
     """As `prepare`, from grains about to drop."""
     simulation.run(FILL_S)
     ready = {STATES[0]: copy.deepcopy(simulation)}
+    ready[STATES[0]].run(REST_S, until=Simulation.is_static)
     simulation.move_wall("tube", (0.0, 0.0, SETUP.lift_speed_m_s))
     simulation.run(LIFT_S)
     ready[STATES[1]] = copy.deepcopy(simulation)

@@ -4,15 +4,17 @@ Jobs of the one campaign are cancelled and run out of their time; they are submi
 """
 
 import contextlib
+import re
 import subprocess
 import time
 from pathlib import Path
 
+import psutil
 import pytest
 from campaign import ENVIRONMENT, SNAKEMAKE, copy_project, differing, essence
 
 RESULTS = Path("results") / "smoke"
-#: A job is disturbed when so many simulations of its batch are finished.
+#: A job is disturbed when so many simulations of its batch are finished, and as many are left.
 FINISHED = 3
 PATIENCE_S = 1800.0
 
@@ -45,25 +47,33 @@ def wait_until(condition, process: subprocess.Popen):
 
 
 def half_done(project: Path, experiment: str) -> tuple[str, str, Path] | None:
-    """Id, comment and log of a running job that has finished simulations of its batch; the slurm plugin writes the comments."""
+    """Id, comment and log of a running job that has done a part of its batch; the slurm plugin writes the comments."""
     running = {line.split()[2]: line.split()[0] for line in squeue("%i %T %k") if line.split()[1] == "RUNNING"}
     for log in (project / "logs" / "smoke" / experiment).glob("*.log"):
         comment = f"rule_simulate_{experiment}_wildcards_{log.stem}"
-        if comment in running and f": {FINISHED + 1} of " in log.read_text():
+        at = re.findall(r"^simulation \w+: (\d+) of (\d+)$", log.read_text(), flags=re.MULTILINE)
+        if comment in running and at and FINISHED < int(at[-1][0]) <= int(at[-1][1]) - FINISHED:
             return running[comment], comment, log
     return None
 
 
+def hold(project: Path, experiment: str) -> None:
+    """Stop the processes that simulate, or a batch may end before SLURM, which looks twice a minute, finds it out of time."""
+    for process in psutil.process_iter():
+        with contextlib.suppress(psutil.NoSuchProcess):
+            if process.cwd() == str(project) and any(f"simulate_{experiment}.py" in word for word in process.cmdline()):
+                process.suspend()  # SLURM wakes what it ends
+
+
 def disturb(project: Path, process: subprocess.Popen, experiment: str, state: str, *command: str) -> Path:
-    """Give SLURM a command about a half-done job of an experiment, until such a job has ended in the state; the job's log."""
-    while True:
-        job, comment, log = wait_until(lambda: half_done(project, experiment), process)
-        with contextlib.suppress(subprocess.CalledProcessError):  # it has ended meanwhile
-            subprocess.run([word.replace("JOB", job) for word in command], check=True)
-        going = [f"{job} RUNNING", f"{job} COMPLETING"]
-        wait_until(lambda going=going: not any(line in going for line in squeue("%i %T")), process)
-        if f"{state} {comment}" in squeue("%T %k"):
-            return log
+    """Give SLURM a command about a half-done job of an experiment, which must end in the state; the job's log."""
+    job, comment, log = wait_until(lambda: half_done(project, experiment), process)
+    hold(project, experiment)
+    subprocess.run([word.replace("JOB", job) for word in command], check=True)
+    going = [f"{job} RUNNING", f"{job} COMPLETING"]
+    wait_until(lambda: not any(line in going for line in squeue("%i %T")), process)
+    assert f"{job} {state} {comment}" in squeue("%i %T %k")
+    return log
 
 
 @pytest.fixture(scope="session")
