@@ -57,18 +57,18 @@ def half_done(project: Path, experiment: str) -> tuple[str, str, Path] | None:
     return None
 
 
-def hold(project: Path, experiment: str) -> None:
-    """Stop the processes that simulate, or a batch may end before SLURM, which looks twice a minute, finds it out of time."""
+def hold(log: Path) -> None:
+    """Stop the process that writes a log, or its batch may end before SLURM, which looks twice a minute, finds it out of time."""
     for process in psutil.process_iter():
-        with contextlib.suppress(psutil.NoSuchProcess):
-            if process.cwd() == str(project) and any(f"simulate_{experiment}.py" in word for word in process.cmdline()):
+        with contextlib.suppress(psutil.Error):
+            if str(log) in [file.path for file in process.open_files()]:
                 process.suspend()  # SLURM wakes what it ends
 
 
 def disturb(project: Path, process: subprocess.Popen, experiment: str, state: str, *command: str) -> Path:
     """Give SLURM a command about a half-done job of an experiment, which must end in the state; the job's log."""
     job, comment, log = wait_until(lambda: half_done(project, experiment), process)
-    hold(project, experiment)
+    hold(log)
     subprocess.run([word.replace("JOB", job) for word in command], check=True)
     going = [f"{job} RUNNING", f"{job} COMPLETING"]
     wait_until(lambda: not any(line in going for line in squeue("%i %T")), process)
