@@ -14,7 +14,7 @@ settings.load_profile("project")
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
     """Where tests run side by side, those of a file stay together, and so do the files that look at the one finished campaign."""
-    from xdist.scheduler import LoadFileScheduling
+    from xdist.scheduler import LoadFileScheduling  # xdist's own marks for groups have no effect with pytest 9.2
 
     class BySharedFixtures(LoadFileScheduling):
         def _split_scope(self, nodeid):
