@@ -145,6 +145,7 @@ def main(precision: str, parallel: str, energy_ledger: str) -> None:
     simulation.add_grains([(0.0, 0.0, 1.1e-3), (0.0, 0.0, 3.2e-3)], 1e-3, "a")
     simulation.advance(2)
     simulation.is_static()
+    simulation.largest_overlap_ratio()
     for reason in (loop.PAIRS_FULL, loop.WALL_PAIRS_FULL):
         simulation._lengthen(reason)
     simulation._sort_in_space()

@@ -309,6 +309,23 @@ def find_wall_pairs(grains, walls, skin, row, partner):
 
 
 @strict_jit
+def deepest_overlap(grains, period, row, partner):
+    """Largest overlap among the pairs of an outer list over the smaller radius; 0 where none overlap."""
+    frequency = frequencies(period)
+    deepest = 0.0
+    for i in range(row.shape[0]):
+        o = GRAIN * i
+        for k in range(row[i, 0], row[i, 1]):
+            p = GRAIN * partner[k]
+            d2 = 0.0
+            for a in range(3):
+                d2 += nearest_image(grains[o + a] - grains[p + a], period[a], frequency[a]) ** 2
+            r_i, r_j = grains[o + RADIUS], grains[p + RADIUS]
+            deepest = max(deepest, (r_i + r_j - math.sqrt(d2)) / min(r_i, r_j))
+    return deepest
+
+
+@strict_jit
 def carry_history(old, new, in_pairs):
     """Copy the history of every entry that was in the old list; new entries start at zero.
 

@@ -16,7 +16,7 @@ from dem.html import Rich, table
 from dem.jit import MAX_THREADS, set_num_threads
 from dem.layout import BLOCK, BUFFER, FREE, GRAIN, HISTORY, INVERSE_MASS, LOAD, N_HISTORY, RADIUS, ROWS, UX, VX, aligned_zeros
 from dem.material import DAMPING_MODELS, Interaction, Material, pair_constants, require
-from dem.neighbours import GRAINS_PER_SLAB, SLABS, cell_size, is_sound, sort_into_cells
+from dem.neighbours import GRAINS_PER_SLAB, SLABS, cell_size, deepest_overlap, is_sound, sort_into_cells
 from dem.slabs import GROUPS
 from dem.timestep import stable_time_step
 from dem.walls import Wall, distance_to, from_arrays, to_arrays
@@ -468,8 +468,8 @@ class Simulation:
         return float(np.clip(widest, LEAST_SKIN_RATIO * radii.mean(), SKIN_RATIO * radii.mean()))
 
     def _check_ready(self):
-        names = list(self.materials)
-        used = {(int(a), int(b)) for a in np.unique(self._material) for b in (*np.unique(self._material), *self._walls.material)}
+        names, present = list(self.materials), np.unique(self._material).tolist()
+        used = {(a, b) for a in present for b in (*present, *self._walls.material.tolist())}
         for a, b in used:
             missing = np.isnan(self._pair_table[a * len(names) + b, 0])
             require(
@@ -546,6 +546,11 @@ class Simulation:
         return Grains(record[:, 0:3].copy(), record[:, VX : VX + 3].copy(), record[:, UX : UX + 3] / radii[:, None], radii)
 
     @property
+    def top_m(self) -> float:
+        """Height of the highest grain's top; 0 without grains."""
+        return float((self._records[:, 2] + self._records[:, RADIUS]).max(initial=0.0))
+
+    @property
     def kinetic_energy_j(self) -> float:
         """Translational and rotational kinetic energy of the free grains."""
         return float(sum(motion.kinetic_energy(self._grains)))
@@ -583,10 +588,7 @@ class Simulation:
 
     def largest_overlap_ratio(self) -> float:
         """Largest overlap of two grains over the smaller radius, now."""
-        owner, entry = owners_and_entries(self._pairs)
-        places, radii = self._records[:, 0:3], self._records[:, RADIUS]
-        i, j, depth = depths(places, radii, self._period, owner, self._pairs.partner[entry])
-        return float((depth / np.minimum(radii[i], radii[j])).max(initial=0.0))
+        return deepest_overlap(self._grains, self._period, self._pairs.row, self._pairs.partner)
 
     def __repr__(self):
         return (
@@ -606,17 +608,12 @@ def overlaps(positions, radii, period):
     periodic = period > 0
     places[:, periodic] %= period[periodic]
     pairs = cKDTree(places, boxsize=period).query_pairs(2.0 * radii.max(initial=0.0), output_type="ndarray")
-    i, j, depth = depths(positions, radii, period, *pairs.T)
+    i, j = pairs.T
+    apart = positions[i] - positions[j]
+    apart[:, periodic] -= period[periodic] * np.rint(apart[:, periodic] / period[periodic])
+    depth = radii[i] + radii[j] - np.linalg.norm(apart, axis=1)
     touching = depth > 0
     return i[touching], j[touching], depth[touching]
-
-
-def depths(positions, radii, period, i, j):
-    """Pairs i, j (m,) as given, and how deep they overlap in m (m,), negative where they do not touch."""
-    apart = positions[i] - positions[j]
-    periodic = period > 0
-    apart[:, periodic] -= period[periodic] * np.rint(apart[:, periodic] / period[periodic])
-    return i, j, radii[i] + radii[j] - np.linalg.norm(apart, axis=1)
 
 
 def contact_room(n_grains, n_contacts):

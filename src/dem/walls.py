@@ -139,22 +139,29 @@ def distance_to(wall: Wall, positions: np.ndarray) -> np.ndarray:
 
 
 @lean_jit
-def box_separation(x, y, z, geometry, w):
-    """Vector in m from the nearest point of box w to a point."""
+def shape_of(walls, w):
+    """Geometry of wall w as seven numbers, see `WallArrays`: read before a loop, they cannot change in it."""
+    g = walls.geometry
+    return g[w, 0], g[w, 1], g[w, 2], g[w, 3], g[w, 4], g[w, 5], g[w, 6]
+
+
+@lean_jit
+def box_separation(x, y, z, shape):
+    """Vector in m from the nearest point of a box to a point."""
     return (
-        x - min(max(x, geometry[w, 0]), geometry[w, 3]),
-        y - min(max(y, geometry[w, 1]), geometry[w, 4]),
-        z - min(max(z, geometry[w, 2]), geometry[w, 5]),
+        x - min(max(x, shape[0]), shape[3]),
+        y - min(max(y, shape[1]), shape[4]),
+        z - min(max(z, shape[2]), shape[5]),
     )
 
 
 @lean_jit
-def tube_separation(x, y, z, geometry, w):
-    """Vector in m from the nearest point of tube w to a point."""
-    x -= geometry[w, 0]
-    y -= geometry[w, 1]
-    outwards = 1.0 - geometry[w, 6] / math.sqrt(x * x + y * y + 1e-30)
-    return x * outwards, y * outwards, z - min(max(z, geometry[w, 2]), geometry[w, 5])
+def tube_separation(x, y, z, shape):
+    """Vector in m from the nearest point of a tube to a point."""
+    x -= shape[0]
+    y -= shape[1]
+    outwards = 1.0 - shape[6] / math.sqrt(x * x + y * y + 1e-30)
+    return x * outwards, y * outwards, z - min(max(z, shape[2]), shape[5])
 
 
 @jit
@@ -162,21 +169,20 @@ def wall_separation(grains, o, walls, w):
     """Vector in m from the nearest point of wall w to the centre of the grain whose record starts at o."""
     x, y, z = grains[o], grains[o + 1], grains[o + 2]
     if walls.kind[w] == BOX:
-        return box_separation(x, y, z, walls.geometry, w)
-    return tube_separation(x, y, z, walls.geometry, w)
+        return box_separation(x, y, z, shape_of(walls, w))
+    return tube_separation(x, y, z, shape_of(walls, w))
 
 
 @lean_jit
 def separate(walls, w, places, n, b):
     """Separations of n grains (see `dem.pairs.gather_at_wall`) from the nearest points of wall w, and r^2 - d^2."""
+    shape = shape_of(walls, w)
     if walls.kind[w] == BOX:
         for q in range(n):
-            apart = box_separation(places[q], places[B + q], places[2 * B + q], walls.geometry, w)
-            store(apart, places[3 * B + q], q, b)
+            store(box_separation(places[q], places[B + q], places[2 * B + q], shape), places[3 * B + q], q, b)
     else:
         for q in range(n):
-            apart = tube_separation(places[q], places[B + q], places[2 * B + q], walls.geometry, w)
-            store(apart, places[3 * B + q], q, b)
+            store(tube_separation(places[q], places[B + q], places[2 * B + q], shape), places[3 * B + q], q, b)
 
 
 @lean_jit

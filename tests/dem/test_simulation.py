@@ -137,6 +137,35 @@ def test_a_bed_comes_to_rest_in_every_variant(precision, rolling_model):
     assert simulation.largest_overlap_ratio() < 0.01
 
 
+@pytest.mark.parametrize("width_m", [0.0, 0.02])
+def test_the_largest_overlap_and_the_top_are_those_of_the_grains(width_m):
+    """Against all pairs; grains of two sizes, with and without a periodic face that they press through."""
+    simulation = make([floor()], period_m=(0.0, width_m, 0.0))
+    rows = [(0.0, y, 1.4e-3) for y in (-8e-3, -4e-3, 0.0, 4e-3, 8e-3)]
+    simulation.add_grains(rows, [1e-3, 1.2e-3, 1e-3, 1.2e-3, 1.4e-3], "soil")
+    faster = [(0, -0.1, 0), (0, 0, -0.1), (0, 0.1, 0)]
+    simulation.add_grains([(0, y, 3.9e-3) for y in (-8.75e-3, -6e-3, 8.75e-3)], 1.2e-3, "soil", velocities_m_s=faster)
+    deepest = np.zeros(2)
+    for _ in range(30):
+        simulation.advance(50)
+        grains = simulation.grains
+        i, j = np.triu_indices(len(grains), 1)
+        apart = grains.positions_m[i] - grains.positions_m[j]
+        if width_m:
+            apart[:, 1] -= width_m * np.round(apart[:, 1] / width_m)
+        depths = grains.radii_m[i] + grains.radii_m[j] - np.linalg.norm(apart, axis=1)
+        expected = max(0.0, (depths / np.minimum(grains.radii_m[i], grains.radii_m[j])).max())
+        deepest = np.maximum(deepest, [expected, depths[(i == 5) & (j == 7)].max()])
+        assert simulation.largest_overlap_ratio() == pytest.approx(expected, rel=1e-9, abs=1e-15)
+        assert simulation.top_m == (grains.positions_m[:, 2] + grains.radii_m).max()
+    assert deepest[0] > 0
+    assert (deepest[1] > 0) == (width_m > 0)  # the pair that meets across the face
+
+
+def test_without_grains_nothing_overlaps_and_nothing_stands():
+    assert (make().largest_overlap_ratio(), make().top_m) == (0.0, 0.0)
+
+
 def test_the_same_seed_gives_the_same_bytes_and_another_seed_does_not():
     first, again, other = (box_of_grains(seed) for seed in (1, 1, 2))
     for simulation in (first, again, other):

@@ -3,7 +3,6 @@
 import re
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 import _simulate
@@ -29,9 +28,8 @@ def clock(monkeypatch):
 
 def looked_at(bottom_m=0.0, top_m=1.0):
     """What a simulation shows at one look: 1000 grains, the highest of them ending at top_m, and the tube's rim."""
-    grains = SimpleNamespace(positions_m=np.array([[0.0, 0.0, top_m - 0.1]]), radii_m=np.array([0.1]))
     return SimpleNamespace(
-        n_steps=500, n_grains=1000, time_s=0.25, grains=grains, wall=lambda name: SimpleNamespace(bottom_m=bottom_m)
+        n_steps=500, n_grains=1000, time_s=0.25, top_m=top_m, wall=lambda name: SimpleNamespace(bottom_m=bottom_m)
     )
 
 

@@ -15,7 +15,7 @@ from _files import FileError, write_text, writing
 from _provenance import versions
 from _tables import TableError, read_provenance, stack_tables, write_table
 from dem import SimulationError
-from dem.experiments import angle_of_repose, direct_shear
+from dem.experiments import direct_shear
 from dem.experiments.soil import Engine, Soil
 
 SOIL_KEYS = tuple(Soil.__dataclass_fields__)
@@ -77,7 +77,7 @@ class Progress:
         if self.stage == "shear":
             return self.n_looks / direct_shear.N_SAMPLES if self.whole else None
         if self.stage == "lift":
-            top = angle_of_repose.height_m(simulation.grains)
+            top = simulation.top_m
             return simulation.wall("tube").bottom_m / top if top > simulation.wall("tube").bottom_m else 1.0
         return None
 

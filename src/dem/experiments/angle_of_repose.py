@@ -105,7 +105,7 @@ def height_m(grains: Grains) -> float:
 
 def tube_is_clear(simulation: Simulation) -> bool:
     """Whether the tube's rim is above every grain."""
-    return cast(Tube, simulation.wall("tube")).bottom_m > height_m(simulation.grains)
+    return cast(Tube, simulation.wall("tube")).bottom_m > simulation.top_m
 
 
 def is_flat(grains: Grains, n_particles: int) -> bool:

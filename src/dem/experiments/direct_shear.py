@@ -143,8 +143,7 @@ def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
         floor_m=-2.0 * soil.sizes.largest_m,
     )
     simulation.add_factory(factory)
-    grains = simulation.grains
-    simulation.add_wall(lid(soil, setup, n_grains, float((grains.positions_m[:, 2] + grains.radii_m).max())))
+    simulation.add_wall(lid(soil, setup, n_grains, simulation.top_m))
     return simulation
 
 
