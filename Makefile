@@ -82,7 +82,7 @@ bench-quick: setup  ## speed of the engine alone, in under 45 s
 bench-scale: setup  ## cost per grain from 3000 to 300 000 grains; one large simulation on several threads
 	$(BIN)/python benchmarks/scale.py
 
-bench-planning: setup  ## what planning 30 to 5000 simulations takes, and what a job costs beside its simulation
+bench-planning: setup  ## what planning 50 to 5000 simulations takes, and what a job costs beside its simulation
 	$(BIN)/python benchmarks/planning.py --run 300
 
 verify-peers: setup  ## heap, shear test and rolling contact beside LIGGGHTS (apt-get install liggghts)
