@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import dem
 from dem import loop, neighbours, slabs
-from dem.layout import GRAIN, INVERSE_MASS, N_HISTORY, RADIUS
+from dem.layout import BLOCK, GRAIN, INVERSE_MASS, N_HISTORY, RADIUS
 
 MATERIAL = dem.Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)
 ROUGH = dem.Interaction(restitution=0.5, static_friction=0.4, rolling_friction=0.1)
@@ -326,6 +326,26 @@ def test_grains_that_move_at_once_move_as_when_all_wait_for_all_loads(period_x):
     for at_once in (True, False):
         s = wide_bed(period_x=period_x)
         advance_by_hand(s, at_once, n_steps=20)
+        results.append((s._grains.tobytes(), s._contacts.block.tobytes()))
+        assert not s._loads.any()
+    assert results[0] == results[1]
+
+
+@pytest.mark.parametrize("shape", [(12, 12, 12), (40, 16, 16)])
+@pytest.mark.parametrize("periodic", [(False, False, False), (True, False, False), (True, True, True)])
+def test_grains_of_a_dense_packing_move_at_once_as_when_all_wait(shape, periodic):
+    """A lattice of one slab of many blocks, and of four: every grain touches up to six others."""
+    results = []
+    for at_once in (True, False):
+        spacing_m = 1.98 * RADIUS_M
+        s = make(period_m=tuple(np.where(periodic, np.array(shape) * spacing_m, 0.0)))
+        places = spacing_m * np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), -1).reshape(-1, 3)
+        rng = np.random.default_rng(1)
+        s.add_grains(places, RADIUS_M, "soil", rng.normal(0, 0.05, places.shape), rng.normal(0, 10.0, places.shape))
+        s.advance(1)
+        advance_by_hand(s, at_once, n_steps=20)
+        assert neighbours.used_slabs(s._pairs.slab) == (4 if len(places) > 4000 else 1)
+        assert s._contacts.count.max() > 16 * BLOCK
         results.append((s._grains.tobytes(), s._contacts.block.tobytes()))
         assert not s._loads.any()
     assert results[0] == results[1]
