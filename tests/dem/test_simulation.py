@@ -139,7 +139,7 @@ def test_a_bed_comes_to_rest_in_every_variant(precision, rolling_model):
 
 @pytest.mark.parametrize("width_m", [0.0, 0.02])
 def test_the_largest_overlap_and_the_top_are_those_of_the_grains(width_m):
-    """Against all pairs; grains of two sizes, with and without a periodic face that they press through."""
+    """Against all pairs; grains of three sizes, with and without a periodic face that they press through."""
     simulation = make([floor()], period_m=(0.0, width_m, 0.0))
     rows = [(0.0, y, 1.4e-3) for y in (-8e-3, -4e-3, 0.0, 4e-3, 8e-3)]
     simulation.add_grains(rows, [1e-3, 1.2e-3, 1e-3, 1.2e-3, 1.4e-3], "soil")
