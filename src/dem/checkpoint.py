@@ -16,6 +16,7 @@ import numpy as np
 from dem import factory, walls
 from dem.factory import Factory, Sizes
 from dem.jit import source_hash
+from dem.layout import GrainArrays
 from dem.material import Material
 from dem.simulation import Simulation
 
@@ -99,9 +100,9 @@ def description_of(simulation: Simulation) -> dict:
 
 def arrays_of(simulation: Simulation) -> dict[str, np.ndarray]:
     """Name -> array."""
-    arrays = {
-        name: getattr(simulation, f"_{name}") for name in ("grains", "material", "ids", "origin", "list_age", "glued", "carrier")
-    }
+    arrays = {name: getattr(simulation, f"_{name}") for name in ("material", "ids", "origin", "list_age", "glued", "carrier")}
+    for name, values in simulation._grains._asdict().items():
+        arrays[f"grains.{name}"] = values
     arrays["pair_table"] = simulation._pair_table
     for name, value in simulation._walls._asdict().items():
         arrays[f"walls.{name}"] = value
@@ -127,7 +128,8 @@ def restored(description: dict, arrays: dict[str, np.ndarray]) -> Simulation:
     simulation.time_s, simulation.n_steps, simulation.n_left = description["clock"].values()
     simulation._exchanged_j = description["exchanged_j"]
     simulation.mean_wall_forces_n = {name: np.array(force) for name, force in description["mean_wall_forces_n"].items()}
-    simulation._allocate(arrays["grains"], arrays["material"], arrays["ids"])
+    grains = GrainArrays(*(arrays[f"grains.{name}"] for name in GrainArrays._fields))
+    simulation._allocate(grains, arrays["material"], arrays["ids"])
     for name, names in LISTS.items():
         lists = simulation._new_lists(simulation.n_grains, *description["rooms"][name])
         for attribute, value in zip(names, lists, strict=True):

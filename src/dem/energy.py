@@ -19,22 +19,23 @@ from typing import NamedTuple
 import numpy as np
 
 from dem.contact import mindlin
-from dem.contact.rolling import plastic_factor, resist
+from dem.contact.rolling import braked, plastic_factor
 from dem.jit import jit
 from dem.layout import (
     BLOCK,
     C_N,
     C_T,
     FREE,
-    GRAIN,
     HISTORY,
     INV_R_SUM,
     INVERSE_MASS,
     K_N,
     K_T,
     LOAD,
+    MOTION,
     MU_R,
     MU_S,
+    PLACE,
     QX,
     R_STAR,
     RADIUS,
@@ -42,7 +43,9 @@ from dem.layout import (
     ROWS,
     UX,
     VX,
+    GrainArrays,
 )
+from dem.motion import velocity
 from dem.neighbours import SLABS, nearest_image
 from dem.walls import wall_separation
 
@@ -105,13 +108,13 @@ def note_contacts(
         e = (k // BLOCK) * ROWS * BLOCK + q
         c = common[q:] if alike else block[e:]
         h = block[e + HISTORY * BLOCK :]
-        i = GRAIN * first[k]
+        i = first[k]
         R_j = 0.0
         nx, ny, nz = separation(grains, i, second[k], walls, period, frequency)
         if walls is None:
-            R_j = grains[GRAIN * second[k] + RADIUS]
+            R_j = grains.place[PLACE * second[k] + RADIUS]
         d = math.sqrt(nx * nx + ny * ny + nz * nz)
-        overlap = grains[i + RADIUS] + R_j - d
+        overlap = grains.place[PLACE * i + RADIUS] + R_j - d
         if overlap <= 0.0:
             continue
         nx, ny, nz = nx / d, ny / d, nz / d
@@ -167,10 +170,13 @@ def note_rolling(note, c, h, S_t, push, nx, ny, nz, turning, dt, entries):
 
 @jit
 def book_contacts(first, second, begin, count, walls, mean, notes, entries, dt):
-    """Book what the dashpots and sliding and rolling contacts lose in this step; mean : the grains with mean velocities."""
+    """Book what the dashpots and sliding and rolling contacts lose in this step.
+
+    mean : the grains with mean velocities, in float64.
+    """
     for k in range(begin, begin + count):
         note = notes[k]
-        i = GRAIN * first[k]
+        i = first[k]
         n = note[NORMAL : NORMAL + 3]
         v = relative_velocity(mean, i, second[k], walls)
         u = spin_sum(mean, i, second[k], walls)
@@ -192,49 +198,55 @@ def book_contacts(first, second, begin, count, walls, mean, notes, entries, dt):
 
 @jit
 def separation(grains, i, j, walls, period, frequency):
-    """Vector in m from grain or wall j to the grain whose record starts at i."""
+    """Vector in m from grain or wall j to grain i."""
+    place, o = grains.place, PLACE * i
     if walls is None:
-        o = GRAIN * j
+        p = PLACE * j
         return (
-            nearest_image(grains[i] - grains[o], period[0], frequency[0]),
-            nearest_image(grains[i + 1] - grains[o + 1], period[1], frequency[1]),
-            nearest_image(grains[i + 2] - grains[o + 2], period[2], frequency[2]),
+            nearest_image(place[o] - place[p], period[0], frequency[0]),
+            nearest_image(place[o + 1] - place[p + 1], period[1], frequency[1]),
+            nearest_image(place[o + 2] - place[p + 2], period[2], frequency[2]),
         )
-    return wall_separation(grains, i, walls, j)
+    return wall_separation(place, o, walls, j)
+
+
+@jit
+def three(motion, i):
+    """Three numbers of the motion records from i on, in float64."""
+    return float(motion[i]), float(motion[i + 1]), float(motion[i + 2])
 
 
 @jit
 def relative_velocity(grains, i, j, walls):
-    """Velocity in m/s of the grain whose record starts at i against grain or wall j."""
+    """Velocity in m/s of grain i against grain or wall j, as contacts see it."""
+    x, y, z = three(grains.motion, MOTION * i + VX)
     if walls is None:
-        o = GRAIN * j + VX
-        return grains[i + VX] - grains[o], grains[i + VX + 1] - grains[o + 1], grains[i + VX + 2] - grains[o + 2]
+        a, b, c = three(grains.motion, MOTION * j + VX)
+        return x - a, y - b, z - c
     v = walls.velocity[j]
-    return grains[i + VX] - v[0], grains[i + VX + 1] - v[1], grains[i + VX + 2] - v[2]
+    return x - v[0], y - v[1], z - v[2]
 
 
 @jit
 def spin_sum(grains, i, j, walls):
     """u_i + u_j in m/s (u = radius x angular velocity); a wall does not turn."""
+    x, y, z = three(grains.motion, MOTION * i + UX)
     if walls is None:
-        o = GRAIN * j + UX
-        return grains[i + UX] + grains[o], grains[i + UX + 1] + grains[o + 1], grains[i + UX + 2] + grains[o + 2]
-    return grains[i + UX], grains[i + UX + 1], grains[i + UX + 2]
+        a, b, c = three(grains.motion, MOTION * j + UX)
+        return x + a, y + b, z + c
+    return x, y, z
 
 
 @jit
 def rolling_velocity(grains, i, j, walls):
-    """Angular velocity in rad/s of the grain whose record starts at i against grain or wall j."""
-    a = 1.0 / grains[i + RADIUS]
+    """Angular velocity in rad/s of grain i against grain or wall j."""
+    x, y, z = three(grains.motion, MOTION * i + UX)
+    s = 1.0 / grains.place[PLACE * i + RADIUS]
     if walls is None:
-        o = GRAIN * j
-        b = 1.0 / grains[o + RADIUS]
-        return (
-            a * grains[i + UX] - b * grains[o + UX],
-            a * grains[i + UX + 1] - b * grains[o + UX + 1],
-            a * grains[i + UX + 2] - b * grains[o + UX + 2],
-        )
-    return a * grains[i + UX], a * grains[i + UX + 1], a * grains[i + UX + 2]
+        a, b, c = three(grains.motion, MOTION * j + UX)
+        t = 1.0 / grains.place[PLACE * j + RADIUS]
+        return s * x - t * a, s * y - t * b, s * z - t * c
+    return s * x, s * y, s * z
 
 
 @jit
@@ -250,34 +262,34 @@ def book_grains(grains, loads, gravity, dt, mean, entries):
 
     The stored velocities are half a step behind; with the loads those half a step ahead follow, as in `dem.motion.integrate`.
     """
-    for k in range(grains.shape[0] // GRAIN):
-        i, a = k * GRAIN, k * LOAD
-        mean[i : i + GRAIN] = grains[i : i + GRAIN]
-        inverse_mass = grains[i + INVERSE_MASS]
-        if inverse_mass == 0.0:
+    for k in range(grains.place.shape[0] // PLACE):
+        o, i, a = k * PLACE, k * MOTION, k * LOAD
+        for t in range(2 * 3):
+            mean.motion[i + t] = grains.motion[i + t]
+        if grains.remainder[i + INVERSE_MASS] == 0.0:
             continue
+        inverse_mass, free = float(grains.remainder[i + INVERSE_MASS]), float(grains.remainder[i + FREE])
         mass = 1.0 / inverse_mass
         kick = inverse_mass * dt
         before, after = 0.0, 0.0
         for t in range(3):
-            v = grains[i + VX + t]
-            w = v + kick * loads[a + t] + grains[i + FREE] * gravity[t] * dt
+            v = velocity(grains, i + VX + t)
+            w = v + kick * loads[a + t] + free * gravity[t] * dt
             before += 0.5 * mass * v * v
             after += 0.5 * mass * w * w
-            mean[i + VX + t] = 0.5 * (v + w)
-            entries[POTENTIAL] -= mass * grains[i + FREE] * gravity[t] * grains[i + t]
+            mean.motion[i + VX + t] = 0.5 * (v + w)
+            entries[POTENTIAL] -= mass * free * gravity[t] * grains.place[o + t]
         twist = 2.5 * kick
-        ux = grains[i + UX] + twist * loads[a + QX]
-        uy = grains[i + UX + 1] + twist * loads[a + QX + 1]
-        uz = grains[i + UX + 2] + twist * loads[a + QX + 2]
-        keep = resist(ux, uy, uz, twist * loads[a + RESIST])
-        turned = 0.2 * mass * (ux * ux + uy * uy + uz * uz)
+        ux, uy, uz = velocity(grains, i + UX), velocity(grains, i + UX + 1), velocity(grains, i + UX + 2)
+        wx, wy, wz = ux + twist * loads[a + QX], uy + twist * loads[a + QX + 1], uz + twist * loads[a + QX + 2]
+        keep = 1.0 - braked(wx, wy, wz, twist * loads[a + RESIST])
+        turned = 0.2 * mass * (wx * wx + wy * wy + wz * wz)
         entries[ROLLING] += turned * (1.0 - keep * keep)
         after += turned * keep * keep
-        before += 0.2 * mass * (grains[i + UX] ** 2 + grains[i + UX + 1] ** 2 + grains[i + UX + 2] ** 2)
-        mean[i + UX] = 0.5 * (grains[i + UX] + ux)
-        mean[i + UX + 1] = 0.5 * (grains[i + UX + 1] + uy)
-        mean[i + UX + 2] = 0.5 * (grains[i + UX + 2] + uz)
+        before += 0.2 * mass * (ux * ux + uy * uy + uz * uz)
+        mean.motion[i + UX] = 0.5 * (ux + wx)
+        mean.motion[i + UX + 1] = 0.5 * (uy + wy)
+        mean.motion[i + UX + 2] = 0.5 * (uz + wz)
         entries[KINETIC] += 0.5 * (before + after)
         entries[KINETIC_AFTER] += after
 
@@ -302,7 +314,7 @@ def note_step(grains, period, frequency, contacts, walls, wall_contacts, constan
 @jit
 def book_step(grains, loads, contacts, walls, wall_contacts, gravity, dt, ledger):
     """After the forces of a step and before anything moves: book what it does."""
-    mean, entries = np.empty_like(grains), ledger.entries
+    mean, entries = GrainArrays(grains.place, np.empty(grains.motion.shape[0]), grains.remainder), ledger.entries
     book_grains(grains, loads, gravity, dt, mean, entries)
     for s in range(SLABS):
         book_contacts(contacts.first, contacts.second, contacts.begin[s], contacts.count[s], None, mean, ledger.pairs, entries, dt)

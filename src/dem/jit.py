@@ -18,8 +18,12 @@ JIT_FLAGS: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "cache": 
 #: For the hottest kernels, which make no arrays: no reference counts for the arrays that they are given or slice.
 LEAN_FLAGS = {**JIT_FLAGS, "_nrt": False}
 
+#: For hot kernels whose rounding errors count: no reference counts either, and no arithmetic reordered. Not to say anything of
+#: fastmath would be to take over the caller's.
+EXACT_FLAGS: dict[str, Any] = {**LEAN_FLAGS, "fastmath": False}
+
 #: For code that must see NaN and infinity as they are (guards, list building).
-STRICT_FLAGS: dict[str, Any] = {"error_model": "numpy", "cache": True}
+STRICT_FLAGS: dict[str, Any] = {**JIT_FLAGS, "fastmath": False}
 
 
 def source_hash() -> str:
@@ -51,6 +55,7 @@ __all__ = [
     "DISABLED",
     "MAX_THREADS",
     "cgutils",
+    "exact_jit",
     "intrinsic",
     "jit",
     "lean_jit",
@@ -81,6 +86,11 @@ def jit(function):
 def lean_jit(function):
     """Compile a numerical kernel that makes no arrays."""
     return njit(**LEAN_FLAGS)(function)
+
+
+def exact_jit(function):
+    """Compile a numerical kernel that makes no arrays and keeps the order of its sums."""
+    return njit(**EXACT_FLAGS)(function)
 
 
 def parallel_jit(function):

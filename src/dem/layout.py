@@ -2,9 +2,12 @@
 
 All arrays are one-dimensional with constant offsets: LLVM then proves that rows do not overlap and vectorises to full width.
 
-grain record (float64, GRAIN values each): position, radius, velocity, spin velocity u = radius x angular velocity, inverse
-    mass, gravity flag (1 free, 0 carried by a wall). Using u instead of the angular velocity makes every torque equation
-    independent of the grain's radius: (2/5) m du/dt = Q, with Q = torque / radius.
+place record (float64, PLACE values each): position, radius.
+motion record (contact precision, MOTION values each): velocity, spin velocity u = radius x angular velocity, two zeros. Using u
+    instead of the angular velocity makes every torque equation independent of the grain's radius: (2/5) m du/dt = Q, with
+    Q = torque / radius. Contacts and places see this velocity.
+remainder record (contact precision, MOTION values each): what the motion record had to round off, to be added at the next step;
+    inverse mass, gravity flag (1 free, 0 carried by a wall).
 load record (contact precision, LOAD values each): force, Q, rolling resistance (the largest |Q| that opposes spin).
 material pairs (float64, one row of five per ordered pair): see PAIR_E and its neighbours.
 contact block (contact precision, BLOCK contacts per block, ROWS rows of BLOCK values): pair constants and contact history; where
@@ -12,12 +15,17 @@ contact block (contact precision, BLOCK contacts per block, ROWS rows of BLOCK v
 work buffer (contact precision, one block): what the gather stage writes, and the loads that the contact stage makes of it.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 BLOCK = 256
 
-GRAIN = 12
-X, Y, Z, RADIUS, VX, VY, VZ, UX, UY, UZ, INVERSE_MASS, FREE = range(GRAIN)
+PLACE = 4
+X, Y, Z, RADIUS = range(PLACE)
+
+MOTION = 8
+VX, VY, VZ, UX, UY, UZ, INVERSE_MASS, FREE = range(MOTION)
 
 LOAD = 8
 FX, FY, FZ, QX, QY, QZ, RESIST = range(7)
@@ -42,9 +50,27 @@ PAIR_E, PAIR_G, PAIR_BETA, PAIR_MU_S, PAIR_MU_R = range(5)
 U = tuple(np.uint64(k) for k in range(16))
 
 
-def aligned_zeros(n: int, dtype) -> np.ndarray:
-    """(n,) zeros that begin at a cache line, so that vector loads do not straddle two."""
+class GrainArrays(NamedTuple):
+    """The grains' records, flat: place (n PLACE,) float64, motion and remainder (n MOTION,) in the contact precision.
+
+    Small records, each within a cache line, and half the memory of velocities in float64 where contacts take float32. Motion and
+    remainder together hold a velocity to 48 bits then (compensated summation: Kahan 1965), so that no small
+    change is lost; contacts see its first 24, as the grains' places do, so both move alike.
+    """
+
+    place: np.ndarray
+    motion: np.ndarray
+    remainder: np.ndarray
+
+
+#: Bytes of a page of memory. A processor takes a load for one of what was just stored if both stand at the same place in a page,
+#: and waits: arrays that are walked through side by side begin at different places, a quarter of a page apart.
+PAGE = 4096
+
+
+def aligned_zeros(n: int, dtype, quarter: int = 0) -> np.ndarray:
+    """(n,) zeros that begin at a quarter (0 to 3) of a page, so at a cache line: vector loads do not straddle two."""
     width = np.dtype(dtype).itemsize
-    memory = np.zeros(n * width + 64, np.uint8)
-    start = -memory.ctypes.data % 64
+    memory = np.zeros(n * width + 2 * PAGE, np.uint8)
+    start = -memory.ctypes.data % PAGE + quarter * PAGE // 4
     return memory[start : start + n * width].view(dtype)

@@ -7,7 +7,7 @@ import numpy as np
 
 from dem import energy, slabs
 from dem.jit import jit, lean_jit
-from dem.layout import BLOCK, GRAIN, N_HISTORY
+from dem.layout import BLOCK, N_HISTORY, PLACE
 from dem.motion import carry_glued
 from dem.neighbours import (
     carry_history,
@@ -151,7 +151,7 @@ def farthest(grains, origin):
     for i in range(origin.shape[0]):
         way = 0.0
         for a in range(3):
-            way += (grains[GRAIN * i + a] - origin[i, a]) ** 2
+            way += (grains.place[PLACE * i + a] - origin[i, a]) ** 2
         most = max(most, way)
     return math.sqrt(most)
 
@@ -198,7 +198,7 @@ def refresh_lists(
         list_age[:] = 0.0
         for i in range(origin.shape[0]):
             for a in range(3):
-                origin[i, a] = grains[GRAIN * i + a]
+                origin[i, a] = grains.place[PLACE * i + a]
     if parallel is None:
         fits = slabs.prune(
             grains, period, frequency, options.periodic, pair_list, reach, contacts, pair_table, n_materials, material

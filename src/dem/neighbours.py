@@ -15,7 +15,6 @@ from dem.layout import (
     BLOCK,
     C_N,
     C_T,
-    GRAIN,
     HISTORY,
     INV_R_I,
     INV_R_J,
@@ -23,6 +22,7 @@ from dem.layout import (
     INVERSE_MASS,
     K_N,
     K_T,
+    MOTION,
     MU_R,
     MU_S,
     N_HISTORY,
@@ -31,6 +31,7 @@ from dem.layout import (
     PAIR_G,
     PAIR_MU_R,
     PAIR_MU_S,
+    PLACE,
     R_STAR,
     RADIUS,
     ROWS,
@@ -53,9 +54,9 @@ STRIDE = 16
 @strict_jit
 def is_sound(grains):
     """Whether every grain's place is a finite number of a size that a cell grid can span."""
-    for i in range(grains.shape[0] // GRAIN):
+    for i in range(grains.place.shape[0] // PLACE):
         for a in range(3):
-            if not abs(grains[GRAIN * i + a]) < FARTHEST * grains[GRAIN * i + RADIUS]:
+            if not abs(grains.place[PLACE * i + a]) < FARTHEST * grains.place[PLACE * i + RADIUS]:
                 return False
     return True
 
@@ -63,7 +64,7 @@ def is_sound(grains):
 @strict_jit
 def grid_shape(grains, period, cell):
     """Lower corner and number of cells (3 each) of a grid over all grains; a periodic axis spans its period."""
-    n = grains.shape[0] // GRAIN
+    n = grains.place.shape[0] // PLACE
     low = np.empty(3)
     shape = np.empty(3, np.int64)
     for a in range(3):
@@ -71,10 +72,10 @@ def grid_shape(grains, period, cell):
             low[a] = 0.0
             shape[a] = max(1, int(period[a] / cell))
             continue
-        least, most = grains[a], grains[a]
+        least, most = grains.place[a], grains.place[a]
         for i in range(n):
-            least = min(least, grains[GRAIN * i + a])
-            most = max(most, grains[GRAIN * i + a])
+            least = min(least, grains.place[PLACE * i + a])
+            most = max(most, grains.place[PLACE * i + a])
         low[a] = least
         shape[a] = int((most - least) / cell) + 1
     return low, shape
@@ -83,16 +84,16 @@ def grid_shape(grains, period, cell):
 @strict_jit
 def cell_size(grains, skin):
     """Edge of a cell in m: what the largest pair can reach, or more where the grains are spread very far."""
-    n = grains.shape[0] // GRAIN
+    n = grains.place.shape[0] // PLACE
     largest = 0.0
     for i in range(n):
-        largest = max(largest, grains[GRAIN * i + RADIUS])
+        largest = max(largest, grains.place[PLACE * i + RADIUS])
     cell = 2.0 * largest + skin
     for a in range(3):
-        least, most = grains[a], grains[a]
+        least, most = grains.place[a], grains.place[a]
         for i in range(n):
-            least = min(least, grains[GRAIN * i + a])
-            most = max(most, grains[GRAIN * i + a])
+            least = min(least, grains.place[PLACE * i + a])
+            most = max(most, grains.place[PLACE * i + a])
         cell = max(cell, (most - least) / MOST_CELLS)
     return cell
 
@@ -100,7 +101,7 @@ def cell_size(grains, skin):
 @strict_jit
 def cell_index(grains, i, a, low, shape, period, cell):
     """Index along axis a of the cell of grain i."""
-    x = grains[GRAIN * i + a]
+    x = grains.place[PLACE * i + a]
     if period[a] > 0.0:
         x -= period[a] * math.floor(x / period[a])
         return min(int(x / period[a] * shape[a]), shape[a] - 1)
@@ -110,7 +111,7 @@ def cell_index(grains, i, a, low, shape, period, cell):
 @strict_jit
 def sort_into_cells(grains, period, cell, order):
     """Counting sort: fills `order`, the grains in cell order; returns (low, shape, first rank of each cell)."""
-    n = grains.shape[0] // GRAIN
+    n = grains.place.shape[0] // PLACE
     low, shape = grid_shape(grains, period, cell)
     n_cells = shape[0] * shape[1] * shape[2]
     start = np.zeros(n_cells + 1, np.int64)
@@ -194,15 +195,17 @@ def find_pairs(grains, period, skin, row, partner, order, slab):
     row : (n, 2) int64, begin and end of each grain's row; partner : (capacity,) int32; order : (n,) grains in cell order;
     slab : (SLABS + 1,) see `cut_slabs`; all overwritten.
     """
-    n = grains.shape[0] // GRAIN
+    n = grains.place.shape[0] // PLACE
     cell = cell_size(grains, skin)
     low, shape, start = sort_into_cells(grains, period, cell, order)
     cut_slabs(start, shape, slab)
     in_order = np.empty((n, 5))
     for k in range(n):
-        o = GRAIN * order[k]
-        in_order[k, 0], in_order[k, 1], in_order[k, 2] = grains[o], grains[o + 1], grains[o + 2]
-        in_order[k, 3], in_order[k, 4] = grains[o + RADIUS], grains[o + INVERSE_MASS]
+        o = PLACE * order[k]
+        for a in range(3):
+            in_order[k, a] = grains.place[o + a]
+        in_order[k, 3] = grains.place[o + RADIUS]
+        in_order[k, 4] = grains.remainder[MOTION * order[k] + INVERSE_MASS]
     periodic = period[0] > 0.0 or period[1] > 0.0 or period[2] > 0.0
     frequency = frequencies(period)
     m = 0
@@ -289,16 +292,16 @@ def neighbour_cell(centre, offset, count, length):
 @strict_jit
 def find_wall_pairs(grains, walls, skin, row, partner):
     """As `find_pairs`, for grains near walls."""
-    n = grains.shape[0] // GRAIN
+    n = grains.place.shape[0] // PLACE
     m = 0
     for i in range(n):
         row[i, 0] = m
         row[i, 1] = m
-        if grains[GRAIN * i + INVERSE_MASS] == 0.0:
+        if grains.remainder[MOTION * i + INVERSE_MASS] == 0.0:
             continue
-        reach = grains[GRAIN * i + RADIUS] + skin
+        reach = grains.place[PLACE * i + RADIUS] + skin
         for w in range(walls.kind.shape[0]):
-            x, y, z = wall_separation(grains, GRAIN * i, walls, w)
+            x, y, z = wall_separation(grains.place, PLACE * i, walls, w)
             if x * x + y * y + z * z < reach * reach:
                 if m == partner.shape[0]:
                     return -1
@@ -311,16 +314,16 @@ def find_wall_pairs(grains, walls, skin, row, partner):
 @strict_jit
 def deepest_overlap(grains, period, row, partner):
     """Largest overlap among the pairs of an outer list over the smaller radius; 0 where none overlap."""
-    frequency = frequencies(period)
+    frequency, place = frequencies(period), grains.place
     deepest = 0.0
     for i in range(row.shape[0]):
-        o = GRAIN * i
+        o = PLACE * i
         for k in range(row[i, 0], row[i, 1]):
-            p = GRAIN * partner[k]
+            p = PLACE * partner[k]
             d2 = 0.0
             for a in range(3):
-                d2 += nearest_image(grains[o + a] - grains[p + a], period[a], frequency[a]) ** 2
-            r_i, r_j = grains[o + RADIUS], grains[p + RADIUS]
+                d2 += nearest_image(place[o + a] - place[p + a], period[a], frequency[a]) ** 2
+            r_i, r_j = place[o + RADIUS], place[p + RADIUS]
             deepest = max(deepest, (r_i + r_j - math.sqrt(d2)) / min(r_i, r_j))
     return deepest
 
@@ -381,9 +384,10 @@ def prune_slab(s, grains, period, frequency, periodic, outer, reach, contacts, p
     if contacts.alike[0]:
         return
     for q in range(m):
-        i, j = GRAIN * first[q], GRAIN * second[q]
-        pair = pair_table[material[first[q]] * n_materials + material[second[q]]]
-        load_constants(block, q, pair, grains, i, grains[j + RADIUS], grains[j + INVERSE_MASS])
+        i, j = first[q], second[q]
+        pair = pair_table[material[i] * n_materials + material[j]]
+        inverse_masses = grains.remainder[MOTION * i + INVERSE_MASS] + grains.remainder[MOTION * j + INVERSE_MASS]
+        load_constants(block, q, pair, grains.place[PLACE * i + RADIUS], grains.place[PLACE * j + RADIUS], inverse_masses)
     finish_blocks(block, m)
 
 
@@ -392,16 +396,15 @@ def common_constants(grains, contacts, pair_table, n_materials, material):
     """Set `contacts.alike`: whether all grains are of one size, mass and material; then fill `contacts.common`."""
     contacts.alike[0] = 0
     for i in range(1, material.shape[0]):
-        for value in (RADIUS, INVERSE_MASS):
-            if grains[GRAIN * i + value] != grains[value]:
-                return
-        if material[i] != material[0]:
+        if grains.place[PLACE * i + RADIUS] != grains.place[RADIUS] or material[i] != material[0]:
             return
-    if material.shape[0] == 0 or grains[INVERSE_MASS] == 0.0:
+        if grains.remainder[MOTION * i + INVERSE_MASS] != grains.remainder[INVERSE_MASS]:
+            return
+    if material.shape[0] == 0 or grains.remainder[INVERSE_MASS] == 0.0:
         return
     pair = pair_table[material[0] * n_materials + material[0]]
     for q in range(BLOCK):
-        load_constants(contacts.common, q, pair, grains, 0, grains[RADIUS], grains[INVERSE_MASS])
+        load_constants(contacts.common, q, pair, grains.place[RADIUS], grains.place[RADIUS], 2.0 * grains.remainder[INVERSE_MASS])
     finish_block(contacts.common, BLOCK)
     contacts.alike[0] = 1
 
@@ -412,18 +415,18 @@ def near_pairs(s, grains, outer, reach, first, second, slot):
 
     Every pair is written and only kept by advancing m: no branch to mispredict.
     """
-    m = 0
+    m, place = 0, grains.place
     for rank in range(outer.slab[s], outer.slab[s + 1]):
         i = outer.order[rank]
-        o = GRAIN * i
-        x, y, z, r = grains[o], grains[o + 1], grains[o + 2], grains[o + RADIUS] + reach
+        o = PLACE * i
+        x, y, z, r = place[o], place[o + 1], place[o + 2], place[o + RADIUS] + reach
         if m + outer.row[i, 1] - outer.row[i, 0] > first.shape[0]:
             return -1
         for k in range(outer.row[i, 0], outer.row[i, 1]):
             j = outer.partner[k]
-            p = GRAIN * j
-            dx, dy, dz = x - grains[p], y - grains[p + 1], z - grains[p + 2]
-            near = r + grains[p + RADIUS]
+            p = PLACE * j
+            dx, dy, dz = x - place[p], y - place[p + 1], z - place[p + 2]
+            near = r + place[p + RADIUS]
             first[m] = i
             second[m] = j
             slot[m] = k
@@ -434,20 +437,20 @@ def near_pairs(s, grains, outer, reach, first, second, slot):
 @lean_jit
 def near_periodic_pairs(s, grains, period, frequency, outer, reach, first, second, slot):
     """As `near_pairs`, by nearest image."""
-    m = 0
+    m, place = 0, grains.place
     for rank in range(outer.slab[s], outer.slab[s + 1]):
         i = outer.order[rank]
-        o = GRAIN * i
-        x, y, z, r = grains[o], grains[o + 1], grains[o + 2], grains[o + RADIUS] + reach
+        o = PLACE * i
+        x, y, z, r = place[o], place[o + 1], place[o + 2], place[o + RADIUS] + reach
         if m + outer.row[i, 1] - outer.row[i, 0] > first.shape[0]:
             return -1
         for k in range(outer.row[i, 0], outer.row[i, 1]):
             j = outer.partner[k]
-            p = GRAIN * j
-            dx = nearest_image(x - grains[p], period[0], frequency[0])
-            dy = nearest_image(y - grains[p + 1], period[1], frequency[1])
-            dz = nearest_image(z - grains[p + 2], period[2], frequency[2])
-            near = r + grains[p + RADIUS]
+            p = PLACE * j
+            dx = nearest_image(x - place[p], period[0], frequency[0])
+            dy = nearest_image(y - place[p + 1], period[1], frequency[1])
+            dz = nearest_image(z - place[p + 2], period[2], frequency[2])
+            near = r + place[p + RADIUS]
             first[m] = i
             second[m] = j
             slot[m] = k
@@ -471,10 +474,10 @@ def prune_walls(grains, walls, outer, reach, contacts, pair_table, n_materials, 
     start = np.zeros(n_walls + 1, np.int64)
     for step in range(2):  # first count the contacts of every wall, then put them where the counts say
         for i in range(n):
-            near = grains[GRAIN * i + RADIUS] + reach
+            near = grains.place[PLACE * i + RADIUS] + reach
             for k in range(outer.row[i, 0], outer.row[i, 1]):
                 w = outer.partner[k]
-                x, y, z = wall_separation(grains, GRAIN * i, walls, w)
+                x, y, z = wall_separation(grains.place, PLACE * i, walls, w)
                 if x * x + y * y + z * z < near * near:
                     if step == 1:
                         m = start[w]
@@ -489,19 +492,22 @@ def prune_walls(grains, walls, outer, reach, contacts, pair_table, n_materials, 
     for q in range(total):
         i = contacts.first[q]
         pair = pair_table[material[i] * n_materials + walls.material[contacts.second[q]]]
-        load_constants(contacts.block, q, pair, grains, GRAIN * i, 0.0, 0.0)
+        load_constants(contacts.block, q, pair, grains.place[PLACE * i + RADIUS], 0.0, grains.remainder[MOTION * i + INVERSE_MASS])
         load_history(contacts.block, q, outer.history[contacts.slot[q]])
     finish_blocks(contacts.block, total)
     contacts.count[0] = total
 
 
 @lean_jit
-def load_constants(block, q, pair, grains, i, r_j, inverse_mass_j):
-    """Raw material of contact q for `finish_blocks`; r_j = 0 stands for a wall (flat, infinitely heavy)."""
+def load_constants(block, q, pair, r_i, r_j, inverse_masses):
+    """Raw material of contact q for `finish_blocks`: radii and the sum of the inverse masses.
+
+    r_j = 0 stands for a wall (flat, infinitely heavy).
+    """
     e = (q // BLOCK) * ROWS * BLOCK + q % BLOCK
-    block[e + INV_R_I * BLOCK] = grains[i + RADIUS]
+    block[e + INV_R_I * BLOCK] = r_i
     block[e + INV_R_J * BLOCK] = r_j
-    block[e + R_STAR * BLOCK] = grains[i + INVERSE_MASS] + inverse_mass_j
+    block[e + R_STAR * BLOCK] = inverse_masses
     block[e + K_N * BLOCK] = pair[PAIR_E]
     block[e + K_T * BLOCK] = pair[PAIR_G]
     block[e + C_N * BLOCK] = pair[PAIR_BETA]

@@ -7,7 +7,7 @@ import numpy as np
 
 from dem.jit import lean_jit
 from dem.layout import BLOCK as B
-from dem.layout import FORCE, GRAIN, LOAD, QX, RADIUS, RESIST, RESISTANCE, TWIST, TWIST_J, UX, UY, UZ, VX, VY, VZ, U
+from dem.layout import FORCE, LOAD, MOTION, PLACE, QX, RADIUS, RESIST, RESISTANCE, TWIST, TWIST_J, UX, UY, UZ, VX, VY, VZ, U
 from dem.neighbours import nearest_image
 
 
@@ -21,43 +21,45 @@ def store_separation(x, y, z, R_sum, q, b):
 
 
 @lean_jit
-def store_velocities(grains, i, j, q, b):
-    """Put one pair's relative velocity and sum of spin velocities into the work buffer."""
-    b[4 * B + q] = grains[i + U[VX]] - grains[j + U[VX]]
-    b[5 * B + q] = grains[i + U[VY]] - grains[j + U[VY]]
-    b[6 * B + q] = grains[i + U[VZ]] - grains[j + U[VZ]]
-    b[7 * B + q] = grains[i + U[UX]] + grains[j + U[UX]]
-    b[8 * B + q] = grains[i + U[UY]] + grains[j + U[UY]]
-    b[9 * B + q] = grains[i + U[UZ]] + grains[j + U[UZ]]
+def store_velocities(motion, i, j, q, b):
+    """Put one pair's relative velocity and sum of spin velocities into the work buffer; motion records begin at i and j."""
+    b[4 * B + q] = motion[i + U[VX]] - motion[j + U[VX]]
+    b[5 * B + q] = motion[i + U[VY]] - motion[j + U[VY]]
+    b[6 * B + q] = motion[i + U[VZ]] - motion[j + U[VZ]]
+    b[7 * B + q] = motion[i + U[UX]] + motion[j + U[UX]]
+    b[8 * B + q] = motion[i + U[UY]] + motion[j + U[UY]]
+    b[9 * B + q] = motion[i + U[UZ]] + motion[j + U[UZ]]
 
 
 @lean_jit
 def gather_pairs(grains, first, second, n, b):
     """Fill the work buffer for n pairs."""
+    place = grains.place
     for q in range(n):
-        i = np.uint64(first[q] * GRAIN)
-        j = np.uint64(second[q] * GRAIN)
-        x = grains[i] - grains[j]
-        y = grains[i + U[1]] - grains[j + U[1]]
-        z = grains[i + U[2]] - grains[j + U[2]]
-        store_separation(x, y, z, grains[i + U[RADIUS]] + grains[j + U[RADIUS]], q, b)
-        store_velocities(grains, i, j, q, b)
+        i = np.uint64(first[q] * PLACE)
+        j = np.uint64(second[q] * PLACE)
+        x = place[i] - place[j]
+        y = place[i + U[1]] - place[j + U[1]]
+        z = place[i + U[2]] - place[j + U[2]]
+        store_separation(x, y, z, place[i + U[RADIUS]] + place[j + U[RADIUS]], q, b)
+        store_velocities(grains.motion, np.uint64(first[q] * MOTION), np.uint64(second[q] * MOTION), q, b)
 
 
 @lean_jit
 def gather_periodic_pairs(grains, period, frequency, first, second, n, b):
     """As `gather_pairs`, with separations to the nearest periodic image; frequency is 1/period, 0 where not periodic."""
+    place = grains.place
     for q in range(n):
-        i = np.uint64(first[q] * GRAIN)
-        j = np.uint64(second[q] * GRAIN)
-        x = grains[i] - grains[j]
-        y = grains[i + U[1]] - grains[j + U[1]]
-        z = grains[i + U[2]] - grains[j + U[2]]
+        i = np.uint64(first[q] * PLACE)
+        j = np.uint64(second[q] * PLACE)
+        x = place[i] - place[j]
+        y = place[i + U[1]] - place[j + U[1]]
+        z = place[i + U[2]] - place[j + U[2]]
         x = nearest_image(x, period[0], frequency[0])
         y = nearest_image(y, period[1], frequency[1])
         z = nearest_image(z, period[2], frequency[2])
-        store_separation(x, y, z, grains[i + U[RADIUS]] + grains[j + U[RADIUS]], q, b)
-        store_velocities(grains, i, j, q, b)
+        store_separation(x, y, z, place[i + U[RADIUS]] + place[j + U[RADIUS]], q, b)
+        store_velocities(grains.motion, np.uint64(first[q] * MOTION), np.uint64(second[q] * MOTION), q, b)
 
 
 @lean_jit
@@ -67,17 +69,17 @@ def gather_at_wall(grains, velocity, first, n, b, places):
     places : (at least 3 BLOCK + n,) float64, rows x, y, z, radius of BLOCK values. `dem.walls` makes separations of them.
     """
     for q in range(n):
-        i = np.uint64(first[q] * GRAIN)
-        places[q] = grains[i]
-        places[B + q] = grains[i + U[1]]
-        places[2 * B + q] = grains[i + U[2]]
-        places[3 * B + q] = grains[i + U[RADIUS]]
-        b[4 * B + q] = grains[i + U[VX]] - velocity[0]
-        b[5 * B + q] = grains[i + U[VY]] - velocity[1]
-        b[6 * B + q] = grains[i + U[VZ]] - velocity[2]
-        b[7 * B + q] = grains[i + U[UX]]
-        b[8 * B + q] = grains[i + U[UY]]
-        b[9 * B + q] = grains[i + U[UZ]]
+        o, i = np.uint64(first[q] * PLACE), np.uint64(first[q] * MOTION)
+        places[q] = grains.place[o]
+        places[B + q] = grains.place[o + U[1]]
+        places[2 * B + q] = grains.place[o + U[2]]
+        places[3 * B + q] = grains.place[o + U[RADIUS]]
+        b[4 * B + q] = grains.motion[i + U[VX]] - velocity[0]
+        b[5 * B + q] = grains.motion[i + U[VY]] - velocity[1]
+        b[6 * B + q] = grains.motion[i + U[VZ]] - velocity[2]
+        b[7 * B + q] = grains.motion[i + U[UX]]
+        b[8 * B + q] = grains.motion[i + U[UY]]
+        b[9 * B + q] = grains.motion[i + U[UZ]]
 
 
 @lean_jit
@@ -95,10 +97,10 @@ def scatter_at_wall(loads, first, n, b):
 def gather_rolling(grains, first, second, n, b):
     """Add the difference of spin velocities u_i - u_j of n pairs to the work buffer (type C)."""
     for q in range(n):
-        i = first[q] * GRAIN
-        j = second[q] * GRAIN
+        i = first[q] * MOTION
+        j = second[q] * MOTION
         for t in range(3):
-            b[(10 + t) * B + q] = grains[i + UX + t] - grains[j + UX + t]
+            b[(10 + t) * B + q] = grains.motion[i + UX + t] - grains.motion[j + UX + t]
 
 
 @lean_jit

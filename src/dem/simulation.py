@@ -14,7 +14,23 @@ from dem import compiled, energy, loop, motion
 from dem.factory import Factory
 from dem.html import Rich, table
 from dem.jit import MAX_THREADS, set_num_threads
-from dem.layout import BLOCK, BUFFER, FREE, GRAIN, HISTORY, INVERSE_MASS, LOAD, N_HISTORY, RADIUS, ROWS, UX, VX, aligned_zeros
+from dem.layout import (
+    BLOCK,
+    BUFFER,
+    FREE,
+    HISTORY,
+    INVERSE_MASS,
+    LOAD,
+    MOTION,
+    N_HISTORY,
+    PLACE,
+    RADIUS,
+    ROWS,
+    UX,
+    VX,
+    GrainArrays,
+    aligned_zeros,
+)
 from dem.material import DAMPING_MODELS, Interaction, Material, pair_constants, require
 from dem.neighbours import GRAINS_PER_SLAB, SLABS, cell_size, deepest_overlap, is_sound, sort_into_cells
 from dem.slabs import GROUPS
@@ -37,8 +53,6 @@ PAIRS_PER_GRAIN, CONTACT_SHARE, WALL_PAIRS_PER_GRAIN = 5.2, 0.8, 0.5
 
 #: From so many grains on (the first-level cache is full), they are sorted in space every so many steps.
 SORT_FROM, SORT_STEPS = 1000, 5000
-
-NO_RECORDS = np.zeros((0, GRAIN))
 
 #: New grains may overlap by this fraction of a radius at most: more would throw them apart.
 LARGEST_OVERLAP_RATIO = 0.05
@@ -81,7 +95,7 @@ class Simulation:
     smallest_radius_m : radius that sets the time step (every factory's grains must be at least as large).
     rolling_model : "type_a" (EDEM's) or "type_c" (elastic-plastic), see `dem.contact.rolling`.
     damping_model : "edem" (at separation the dashpot pulls) or "no_pull", see `dem.contact.hertz`; both rebound with e.
-    precision : "float32" or "float64" of the contact arithmetic; positions and velocities are float64 always.
+    precision : "float32" or "float64" of the contact arithmetic; positions are float64 always, velocities have 48 bits at least.
     vector_code : whether the hottest kernels run as explicit vector code (`dem.vectors`) or as plain numba.
     threads : on how many threads this simulation runs (worth it from some 20 000 grains on; the result is the same).
     floor_m : grains below this height leave the simulation.
@@ -155,7 +169,7 @@ class Simulation:
         n_buffers = 1 if threads == 1 else GROUPS // 2
         self._buffers = aligned_zeros(n_buffers * BUFFER * BLOCK, self._type).reshape(n_buffers, -1)
         self._speeds = np.zeros(SLABS)
-        self._allocate(np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int64))
+        self._allocate(GrainArrays(np.zeros(0), np.zeros(0), np.zeros(0)), np.zeros(0, np.int64), np.zeros(0, np.int64))
         self._glued = np.zeros(0, np.int64)
         self._carrier = np.zeros(0, np.int64)
         for wall in walls:
@@ -262,22 +276,21 @@ class Simulation:
             require(radii.min() >= least, "smallest radius", radii.min(), f"at least smallest_radius_m = {self.smallest_radius_m}")
         require(material in self.materials, "material of grains", repr(material), f"one of {list(self.materials)}")
         self._check_places(positions, radii, apart)
-        record = np.zeros((n, GRAIN))
-        record[:, 0:3] = positions
-        record[:, VX : VX + 3] = velocities
-        record[:, UX : UX + 3] = spins * radii[:, None]
+        place, motion, remainder = np.zeros((n, PLACE)), np.zeros((n, MOTION)), np.zeros((n, MOTION))
+        place[:, 0:3], place[:, RADIUS] = positions, radii
+        motion[:, VX : VX + 3], motion[:, UX : UX + 3] = velocities, spins * radii[:, None]
+        remainder[:, : UX + 3] = (motion - motion.astype(self._type))[:, : UX + 3]
         mass = self.materials[material].density_kg_m3 * 4.0 / 3.0 * np.pi * radii**3
-        record[:, INVERSE_MASS] = 1.0 / mass
-        record[:, FREE] = 1.0
-        record[:, RADIUS] = radii
-        self._restructure(np.arange(self.n_grains), record, np.full(n, self._material_index[material]))
+        remainder[:, INVERSE_MASS], remainder[:, FREE] = 1.0 / mass, 1.0
+        new = GrainArrays(place, motion, remainder)
+        self._restructure(np.arange(self.n_grains), new, np.full(n, self._material_index[material]))
 
     def _check_places(self, positions, radii, apart) -> None:
         """Refuse new grains that stand in each other or in those that are there (unless `apart`), in a wall, or below the floor."""
         allowed = f"at most {LARGEST_OVERLAP_RATIO} of the smaller radius"
         if not apart:
-            everywhere = np.concatenate([self._records[:, 0:3], positions])
-            every_radius = np.concatenate([self._records[:, RADIUS], radii])
+            everywhere = np.concatenate([self._places[:, 0:3], positions])
+            every_radius = np.concatenate([self._places[:, RADIUS], radii])
             i, j, depth = overlaps(everywhere, every_radius, self._period)
             ratios = np.where(j >= self.n_grains, depth / np.minimum(every_radius[i], every_radius[j]), 0.0)
             for k in np.flatnonzero(ratios == ratios.max(initial=0.0))[:1]:
@@ -296,9 +309,9 @@ class Simulation:
         """Fix grains to a wall: they move with it, and what pushes them pushes the wall."""
         indices = np.argsort(self._ids)[np.unique(np.asarray(grain_indices, np.int64))]
         w = self._wall_index(wall)
-        record, held_j = self._records, self._held_by_grains_j()
-        record[indices, INVERSE_MASS] = 0.0
-        record[indices, FREE] = 0.0
+        remainder, held_j = self._grains.remainder.reshape(-1, MOTION), self._held_by_grains_j()
+        remainder[indices, INVERSE_MASS] = 0.0
+        remainder[indices, FREE] = 0.0
         self._exchanged_j += self._held_by_grains_j() - held_j
         self._glued = np.concatenate([self._glued, indices])
         self._carrier = np.concatenate([self._carrier, np.full(len(indices), w, np.int64)])
@@ -307,19 +320,34 @@ class Simulation:
     # --- arrays ---------------------------------------------------------------------------------------------------
 
     @property
-    def _records(self) -> np.ndarray:
-        return self._grains.reshape(-1, GRAIN)
+    def _places(self) -> np.ndarray:
+        return self._grains.place.reshape(-1, PLACE)
+
+    @property
+    def _velocities(self) -> np.ndarray:
+        """Velocities and spin velocities (n, 6), a copy in float64."""
+        return (self._grains.motion.astype(float) + self._grains.remainder).reshape(-1, MOTION)[:, : UX + 3]
+
+    @property
+    def _inverse_masses(self) -> np.ndarray:
+        return self._grains.remainder.reshape(-1, MOTION)[:, INVERSE_MASS].astype(float)
+
+    @property
+    def _free(self) -> np.ndarray:
+        return self._grains.remainder.reshape(-1, MOTION)[:, FREE] > 0
 
     @property
     def n_grains(self) -> int:
         """How many grains there are now."""
-        return len(self._grains) // GRAIN
+        return len(self._places)
 
     def _allocate(self, grains, material, ids):
-        n = len(grains) // GRAIN
-        self._grains, self._material, self._ids = aligned_zeros(len(grains), float), material, ids
-        self._grains[:] = grains
-        self._loads = aligned_zeros(n * LOAD, self._type)
+        n, types = len(ids), (float, self._type, self._type)
+        self._grains = GrainArrays(*(aligned_zeros(values.size, types[k], k) for k, values in enumerate(grains)))
+        for own, values in zip(self._grains, grains, strict=True):
+            own[:] = values.ravel()
+        self._material, self._ids = material, ids
+        self._loads = aligned_zeros(n * LOAD, self._type, 3)
         capacity = int(n * PAIRS_PER_GRAIN) + 64
         self._pairs, self._spare, self._contacts = self._new_lists(n, capacity, contact_room(n, CONTACT_SHARE * capacity))
         capacity = int(n * WALL_PAIRS_PER_GRAIN) + 64
@@ -369,13 +397,14 @@ class Simulation:
         self._pairs, self._spare, self._contacts = lists
         loop.copy_list(old, self._pairs)
 
-    def _restructure(self, selected, new_records=NO_RECORDS, new_material=()):
+    def _restructure(self, selected, new_grains=None, new_material=()):
         """Keep the grains of the given numbers, in that order, and append others; contacts keep their history."""
         old_pairs, old_walls, held_j = self._pairs, self._wall_pairs, self._held_by_grains_j()
         next_id = self._ids.max(initial=-1) + 1
-        n_old, n_new = self.n_grains, len(new_records)
+        n_old, n_new = self.n_grains, len(new_material)
+        kept = [values.reshape(n_old, -1)[selected] for values in self._grains] if n_old else []
         self._allocate(
-            np.concatenate([self._records[selected], new_records]).ravel(),
+            GrainArrays(*(np.concatenate(parts) for parts in zip(*(part for part in (kept, new_grains) if part), strict=True))),
             np.concatenate([self._material[selected], np.asarray(new_material, np.int64)]),
             np.concatenate([self._ids[selected], next_id + np.arange(n_new)]),
         )
@@ -460,7 +489,7 @@ class Simulation:
 
     @property
     def _skin(self) -> float:
-        radii = self._records[:, RADIUS]
+        radii = self._places[:, RADIUS]
         if not self.n_grains:
             return SKIN_RATIO * self.smallest_radius_m
         periods = self._period[self._period > 0]
@@ -479,7 +508,7 @@ class Simulation:
                 "an Interaction for every pair that can meet",
             )
         if self.n_grains:
-            reach = 2.0 * (2.0 * self._records[:, RADIUS].max() + self._skin)
+            reach = 2.0 * (2.0 * self._places[:, RADIUS].max() + self._skin)
             for axis, period in zip("xyz", self._period, strict=True):
                 allowed = f"0 or more than {reach:.3g}, or a grain could touch two images of another"
                 require(period == 0 or period > reach, f"period_m along {axis}", period, allowed)
@@ -489,10 +518,10 @@ class Simulation:
         return LARGEST_STEP_RATIO * self.smallest_radius_m / self.time_step_s
 
     def _raise_blow_up(self):
-        record = self._records
-        if not np.isfinite(record).all():
+        velocities = self._velocities
+        if not (np.isfinite(velocities).all() and np.isfinite(self._places).all()):
             raise SimulationError(f"blew up: a grain's state is not finite after t = {self.time_s:.4g} s")
-        speed = np.linalg.norm(record[:, VX : VX + 3], axis=1)
+        speed = np.linalg.norm(velocities[:, VX : VX + 3], axis=1)
         k = int(np.argmax(speed))
         raise SimulationError(
             f"blew up: grain {k} moves at {speed[k]:.3g} m/s after t = {self.time_s:.4g} s, "
@@ -500,7 +529,7 @@ class Simulation:
         )
 
     def _let_grains_leave(self):
-        stays = self._records[:, 2] >= self._floor
+        stays = self._places[:, 2] >= self._floor
         if not stays.all():
             self.n_left += int((~stays).sum())
             self._restructure(np.flatnonzero(stays))
@@ -541,14 +570,15 @@ class Simulation:
     @property
     def grains(self) -> Grains:
         """A copy of the grains' state, in the order in which they were added."""
-        record = self._records[np.argsort(self._ids)]
-        radii = record[:, RADIUS].copy()
-        return Grains(record[:, 0:3].copy(), record[:, VX : VX + 3].copy(), record[:, UX : UX + 3] / radii[:, None], radii)
+        order = np.argsort(self._ids)
+        places, velocities = self._places[order], self._velocities[order]
+        radii = places[:, RADIUS].copy()
+        return Grains(places[:, 0:3].copy(), velocities[:, VX : VX + 3].copy(), velocities[:, UX : UX + 3] / radii[:, None], radii)
 
     @property
     def top_m(self) -> float:
         """Height of the highest grain's top; 0 without grains."""
-        return float((self._records[:, 2] + self._records[:, RADIUS]).max(initial=0.0))
+        return float((self._places[:, 2] + self._places[:, RADIUS]).max(initial=0.0))
 
     @property
     def kinetic_energy_j(self) -> float:
@@ -570,21 +600,19 @@ class Simulation:
         """Kinetic and potential energy of the free grains, for the ledger."""
         if self._entries is None:
             return 0.0
-        record = self._records[self._records[:, FREE] > 0]
-        return float(sum(motion.kinetic_energy(self._grains)) - (record[:, 0:3] @ self._gravity / record[:, INVERSE_MASS]).sum())
+        heights = self._places[self._free, 0:3] @ self._gravity
+        return float(sum(motion.kinetic_energy(self._grains)) - (heights / self._inverse_masses[self._free]).sum())
 
     def is_static(self, ratio: float = 1e-8) -> bool:
         """Whether the translational kinetic energy per grain is below `ratio` times m g r (a fall by one radius).
 
         Spin does not count: with type C nothing brakes a grain that spins about its contact's normal, and it moves nothing.
         """
-        record = self._records
         if not self.n_grains:
             return True
-        free = record[:, FREE] > 0
-        weight = np.linalg.norm(self._gravity) / record[free, INVERSE_MASS]
+        weight = np.linalg.norm(self._gravity) / self._inverse_masses[self._free]
         translation, _ = motion.kinetic_energy(self._grains)
-        return translation < ratio * float((weight * record[free, RADIUS]).sum())
+        return translation < ratio * float((weight * self._places[self._free, RADIUS]).sum())
 
     def largest_overlap_ratio(self) -> float:
         """Largest overlap of two grains over the smaller radius, now."""

@@ -11,18 +11,21 @@ import math
 from llvmlite import ir
 
 from dem import motion, pairs
-from dem.jit import cgutils, intrinsic, lean_jit, types
-from dem.layout import BLOCK, FORCE, FREE, GRAIN, INVERSE_MASS, LOAD, RESIST, RESISTANCE, TWIST, TWIST_J, UX, VX
+from dem.jit import cgutils, exact_jit, intrinsic, lean_jit, types
+from dem.layout import BLOCK, FORCE, FREE, INVERSE_MASS, LOAD, MOTION, PLACE, RESIST, RESISTANCE, TWIST, TWIST_J, UX
 
 LANES = 16
 TINY = 1e-30
 
+#: What LLVM may assume of a single operation, where the function around it keeps the order of its sums.
+FAST = ("fast",)
+
 DOUBLE, INT32, INT64 = ir.DoubleType(), ir.IntType(32), ir.IntType(64)
 BYTES = {"float": 4, "double": 8}
 
-#: What the velocity half of a record (v, u, 1/m, free) becomes in a pair: v_i - v_j, u_i + u_j.
+#: What a motion record (v, u, two zeros) becomes in a pair: v_i - v_j, u_i + u_j.
 APPROACH = [-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 0.0, 0.0]
-#: Position half (x, y, z, radius): x_i - x_j, r_i + r_j.
+#: What a place record (x, y, z, radius) becomes: x_i - x_j, r_i + r_j.
 SEPARATION = [-1.0, -1.0, -1.0, 1.0]
 #: A load record (F, Q, resistance) of grain i as grain j feels it.
 REACTION = [-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0, 0.0]
@@ -52,11 +55,18 @@ class Emitter:
         """Put a vector at an offset."""
         self.b.store(vector, self._pointer(array, offset, vector.type), align=BYTES[str(array[1])])
 
-    def index(self, array, q, c, record):
-        """Offset of the record whose number stands at q + c in an array of integers."""
+    def number(self, array, q, c):
+        """The integer at q + c of an array."""
         number = self.b.load(self.b.gep(array[0], [self.at(q, c)]))
-        number = number if number.type == INT64 else self.b.zext(number, INT64)
-        return self.b.mul(number, ir.Constant(INT64, record))
+        return number if number.type == INT64 else self.b.zext(number, INT64)
+
+    def start(self, number, length):
+        """Offset of the record of that number among records of `length` values."""
+        return self.b.mul(number, ir.Constant(INT64, length))
+
+    def record(self, array, number, length):
+        """The whole record of that number."""
+        return self.load(array, self.start(number, length), length)
 
     def at(self, offset, extra):
         """Offset plus a constant."""
@@ -74,12 +84,12 @@ class Emitter:
         """Vector of `count` copies of one lane."""
         return self.pick(x, x, [lane] * count)
 
-    def call(self, name, *vectors):
+    def call(self, name, *vectors, fast=()):
         """A vector function of LLVM."""
         kind = vectors[0].type
         full_name = f"llvm.{name}.v{kind.count}f{8 * BYTES[str(kind.element)]}"
         function = cgutils.get_or_insert_function(self.b.module, ir.FunctionType(kind, [kind] * len(vectors)), full_name)
-        return self.b.call(function, vectors)
+        return self.b.call(function, vectors, fastmath=fast)
 
     def fma(self, x, y, z):
         """Return x y + z."""
@@ -150,18 +160,17 @@ class Emitter:
 
 
 def emit_gather(e, period=None, frequency=None):
-    """Emit the gather of LANES pairs; arguments (grains, first, second, q, b)."""
-    grains, first, second, buffer = e.array(0), e.array(1), e.array(2), e.array(4)
-    q, element = e.args[3], buffer[1]
-    places, approaches = [], []
+    """Emit the gather of LANES pairs; arguments (place, motion, first, second, q, b)."""
+    place, motion, first, second, buffer = e.array(0), e.array(1), e.array(2), e.array(3), e.array(5)
+    q, element = e.args[4], buffer[1]
+    separations, approaches = [], []
     for c in range(LANES):
-        i, j = e.index(first, q, c, GRAIN), e.index(second, q, c, GRAIN)
-        places.append(e.fma(e.load(grains, j, 4), e.constant(SEPARATION), e.load(grains, i, 4)))
-        v_i, v_j = e.load(grains, e.at(i, VX), 8), e.load(grains, e.at(j, VX), 8)
-        approaches.append(e.narrow(e.fma(v_j, e.constant(APPROACH), v_i), element))
+        i, j = e.number(first, q, c), e.number(second, q, c)
+        separations.append(e.fma(e.record(place, j, PLACE), e.constant(SEPARATION), e.record(place, i, PLACE)))
+        approaches.append(e.fma(e.record(motion, j, MOTION), e.constant(APPROACH, element), e.record(motion, i, MOTION)))
     halves = []
     for h in (0, 8):
-        *axes, R_sum = e.places_to_rows(places[h : h + 8])
+        *axes, R_sum = e.places_to_rows(separations[h : h + 8])
         if period:
             axes = [nearest_image(e, x, period[a], frequency[a]) for a, x in enumerate(axes)]
         gap = e.b.fmul(R_sum, R_sum)
@@ -174,27 +183,25 @@ def emit_gather(e, period=None, frequency=None):
 
 
 def emit_gather_rolling(e):
-    """Emit the gather of u_i - u_j; arguments as for `emit_gather`."""
-    grains, first, second, buffer = e.array(0), e.array(1), e.array(2), e.array(4)
-    q, differences = e.args[3], []
+    """Emit the gather of u_i - u_j; arguments (motion, first, second, q, b)."""
+    motion, first, second, q, buffer = e.array(0), e.array(1), e.array(2), e.args[3], e.array(4)
+    differences = []
     for c in range(LANES):
-        i, j = e.index(first, q, c, GRAIN), e.index(second, q, c, GRAIN)
-        differences.append(e.b.fsub(e.load(grains, e.at(i, UX), 4), e.load(grains, e.at(j, UX), 4)))
-    low, high = e.places_to_rows(differences[:8]), e.places_to_rows(differences[8:])
-    for t in range(3):
-        row = e.concatenate(e.narrow(low[t], buffer[1]), e.narrow(high[t], buffer[1]))
+        i, j = e.number(first, q, c), e.number(second, q, c)
+        differences.append(e.b.fsub(e.record(motion, i, MOTION), e.record(motion, j, MOTION)))
+    for t, row in enumerate(e.records_to_rows(differences)[UX : UX + 3]):
         e.store(buffer, e.at(q, (10 + t) * BLOCK), row)
 
 
 def emit_gather_at_wall(e):
-    """Emit the gather of LANES grains near a wall; arguments (grains, first, velocity, q, b, places)."""
-    grains, first, q, buffer, places = e.array(0), e.array(1), e.args[3], e.array(4), e.array(5)
-    v_wall = e.padded_axes(2)
+    """Emit the gather of LANES grains near a wall; arguments (place, motion, first, velocity, q, b, places)."""
+    place, motion, first, q, buffer, places = e.array(0), e.array(1), e.array(2), e.args[4], e.array(5), e.array(6)
+    v_wall = e.padded_axes(3)
     centres, approaches = [], []
     for c in range(LANES):
-        i = e.index(first, q, c, GRAIN)
-        centres.append(e.load(grains, i, 4))
-        approaches.append(e.narrow(e.b.fsub(e.load(grains, e.at(i, VX), 8), v_wall), buffer[1]))
+        i = e.number(first, q, c)
+        centres.append(e.record(place, i, PLACE))
+        approaches.append(e.narrow(e.b.fsub(e.widen(e.record(motion, i, MOTION)), v_wall), buffer[1]))
     for h in (0, 8):
         for r, row in enumerate(e.places_to_rows(centres[h : h + 8])):
             e.store(places, e.at(q, r * BLOCK + h), row)
@@ -218,8 +225,8 @@ def emit_scatter_at_wall(e):
     """Emit the scatter of LANES wall contacts; arguments (loads, first, q, b)."""
     loads, first, q, buffer = e.array(0), e.array(1), e.args[2], e.array(3)
     for c, record in enumerate(load_records(e, buffer, q, TWIST)):
-        i = e.index(first, q, c, LOAD)
-        e.store(loads, i, e.b.fadd(e.load(loads, i, 8), record))
+        i = e.start(e.number(first, q, c), LOAD)
+        e.store(loads, i, e.b.fadd(e.load(loads, i, LOAD), record))
 
 
 def emit_scatter(e, own_twist_of_j):
@@ -230,42 +237,42 @@ def emit_scatter(e, own_twist_of_j):
     on_j = load_records(e, buffer, q, TWIST_J) if own_twist_of_j else on_i
     sign = e.constant(REACTION, buffer[1])
     for c in range(LANES):
-        i, j = e.index(first, q, c, LOAD), e.index(second, q, c, LOAD)
-        e.store(loads, i, e.b.fadd(e.load(loads, i, 8), on_i[c]))
-        e.store(loads, j, e.fma(on_j[c], sign, e.load(loads, j, 8)))
+        i, j = (e.start(e.number(numbers, q, c), LOAD) for numbers in (first, second))
+        e.store(loads, i, e.b.fadd(e.load(loads, i, LOAD), on_i[c]))
+        e.store(loads, j, e.fma(on_j[c], sign, e.load(loads, j, LOAD)))
 
 
 @intrinsic
-def gather_lanes(typing, grains, first, second, q, b):
+def gather_lanes(typing, place, motion, first, second, q, b):
     """Gather LANES pairs from slot q on."""
 
     def generate(context, builder, signature, args):
         emit_gather(Emitter(context, builder, signature, args))
         return context.get_dummy_value()
 
-    return types.void(grains, first, second, q, b), generate
+    return types.void(place, motion, first, second, q, b), generate
 
 
 @intrinsic
-def gather_lanes_at_wall(typing, grains, first, velocity, q, b, places):
+def gather_lanes_at_wall(typing, place, motion, first, velocity, q, b, places):
     """Gather LANES grains that may touch a wall of this velocity."""
 
     def generate(context, builder, signature, args):
         emit_gather_at_wall(Emitter(context, builder, signature, args))
         return context.get_dummy_value()
 
-    return types.void(grains, first, velocity, q, b, places), generate
+    return types.void(place, motion, first, velocity, q, b, places), generate
 
 
 @intrinsic
-def gather_lanes_rolling(typing, grains, first, second, q, b):
+def gather_lanes_rolling(typing, motion, first, second, q, b):
     """Gather the difference of spin velocities of LANES pairs."""
 
     def generate(context, builder, signature, args):
         emit_gather_rolling(Emitter(context, builder, signature, args))
         return context.get_dummy_value()
 
-    return types.void(grains, first, second, q, b), generate
+    return types.void(motion, first, second, q, b), generate
 
 
 def spread_axes(e, k):
@@ -275,15 +282,15 @@ def spread_axes(e, k):
 
 
 @intrinsic
-def gather_lanes_periodic(typing, grains, first, second, q, b, period, frequency):
+def gather_lanes_periodic(typing, place, motion, first, second, q, b, period, frequency):
     """Gather LANES pairs by nearest image."""
 
     def generate(context, builder, signature, args):
         e = Emitter(context, builder, signature, args)
-        emit_gather(e, spread_axes(e, 5), spread_axes(e, 6))
+        emit_gather(e, spread_axes(e, 6), spread_axes(e, 7))
         return context.get_dummy_value()
 
-    return types.void(grains, first, second, q, b, period, frequency), generate
+    return types.void(place, motion, first, second, q, b, period, frequency), generate
 
 
 @intrinsic
@@ -320,50 +327,55 @@ def scatter_lanes_at_wall(typing, loads, first, q, b):
 
 
 @intrinsic
-def integrate_lanes(typing, grains, loads, which, gravity, dt, k):
+def integrate_lanes(typing, place, motion, remainder, loads, which, gravity, dt, k):
     """Advance LANES grains, which[k] and the next ones; returns their largest squared speed."""
 
     def generate(context, builder, signature, args):
         return emit_integrate(Emitter(context, builder, signature, args))
 
-    return types.float64(grains, loads, which, gravity, dt, k), generate
+    return types.float64(place, motion, remainder, loads, which, gravity, dt, k), generate
 
 
 def emit_integrate(e):
     """Emit one step of LANES grains; see `dem.motion.integrate`."""
-    grains, loads, which = e.array(0), e.array(1), e.array(2)
-    element = loads[1]
-    step, k = spread_scalar(e, e.args[4], 8), e.args[5]
-    nothing = e.constant([0.0] * 8)
-    fall = e.b.fmul(e.padded_axes(3), step)
-    twist = e.b.fmul(step, e.constant([1.0, 1.0, 1.0, 2.5, 2.5, 2.5, 2.5, 0.0]))
-    offsets, moved, seen = [], [], []
-    for c in range(LANES):
-        grain, load = e.index(which, k, c, GRAIN), e.index(which, k, c, LOAD)
-        offsets.append(grain)
-        m = e.load(grains, e.at(grain, VX), 8)
-        impulse = e.b.fmul(e.widen(e.load(loads, load, 8)), e.b.fmul(e.spread(m, INVERSE_MASS - VX, 8), twist))
-        change = e.fma(e.spread(m, FREE - VX, 8), fall, e.pick(impulse, nothing, [0, 1, 2, 3, 4, 5, 8, 8]))
-        m = e.b.fadd(m, change)
-        moved.append(m)
-        seen.append(e.narrow(e.pick(m, impulse, [0, 1, 2, 3, 4, 5, 8 + RESIST, 7]), element))
-        e.store(loads, load, e.constant([0.0] * 8, element))
-    rows = e.records_to_rows(seen)
+    place, motion, remainder, loads, which = (e.array(k) for k in range(5))
+    element, k = loads[1], e.args[7]
+    step = spread_scalar(e, e.args[6], MOTION)
+    fall = e.narrow(e.b.fmul(e.padded_axes(5), step), element)
+    kick = e.narrow(e.b.fmul(step, e.constant([1.0, 1.0, 1.0, 2.5, 2.5, 2.5, 2.5, 0.0])), element)
+    nothing = e.constant([0.0] * MOTION, element)
+    numbers = [e.number(which, k, c) for c in range(LANES)]
+    before, changes, rests, unbraked = [], [], [], []
+    for number in numbers:
+        start = e.start(number, LOAD)
+        m, rest, load = e.record(motion, number, MOTION), e.record(remainder, number, MOTION), e.load(loads, start, LOAD)
+        e.store(loads, start, nothing)
+        change = e.fma(e.spread(rest, FREE, MOTION), fall, e.b.fmul(load, e.b.fmul(e.spread(rest, INVERSE_MASS, MOTION), kick)))
+        change = e.b.fadd(change, e.pick(rest, nothing, [0, 1, 2, 3, 4, 5, 8, 8]))
+        before.append(m)
+        rests.append(rest)
+        changes.append(change)
+        unbraked.append(e.pick(e.b.fadd(m, change), change, [0, 1, 2, 3, 4, 5, 8 + RESIST, 7]))
+    rows = e.records_to_rows(unbraked)
     speed2 = e.b.fmul(rows[0], rows[0])
     spin2 = e.fma(rows[3], rows[3], e.constant([TINY] * LANES, element))
     for t in (1, 2):
         speed2 = e.fma(rows[t], rows[t], speed2)
         spin2 = e.fma(rows[3 + t], rows[3 + t], spin2)
-    keep = e.b.fsub(e.constant([1.0] * LANES, element), e.b.fdiv(rows[RESIST], e.call("sqrt", spin2)))
-    keep = e.call("maxnum", keep, e.constant([0.0] * LANES, element))
-    ones = e.constant([1.0] * 8)
-    for c in range(LANES):
-        grain = offsets[c]
-        factor = e.pick(e.widen(e.spread(keep, c, 8)), ones, [8, 8, 8, 0, 0, 0, 8, 8])
-        m = e.b.fmul(moved[c], factor)
-        e.store(grains, e.at(grain, VX), m)
-        way = e.pick(m, nothing, [0, 1, 2, 8])
-        e.store(grains, grain, e.fma(way, e.pick(step, step, range(4)), e.load(grains, grain, 4)))
+    speed = e.call("sqrt", spin2, fast=FAST)
+    share = e.call("minnum", e.b.fdiv(rows[RESIST], speed, flags=FAST), e.constant([1.0] * LANES, element))
+    share = e.b.fneg(share)
+    others = e.constant([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0], element)  # the last but one ends the resistance's way through
+    for c, number in enumerate(numbers):
+        brake = e.pick(e.spread(share, c, MOTION), others, [8, 8, 8, 0, 0, 0, 14, 8])
+        change = e.fma(brake, unbraked[c], changes[c])
+        after = e.b.fadd(before[c], change)
+        rounded_off = e.b.fsub(change, e.b.fsub(after, before[c]))
+        e.store(motion, e.start(number, MOTION), after)
+        e.store(remainder, e.start(number, MOTION), e.pick(rounded_off, rests[c], [0, 1, 2, 3, 4, 5, 14, 15]))
+        way = e.widen(e.pick(after, nothing, [0, 1, 2, 8]))
+        at = e.start(number, PLACE)
+        e.store(place, at, e.fma(way, e.pick(step, step, range(PLACE)), e.load(place, at, PLACE)))
     return largest(e, speed2)
 
 
@@ -391,7 +403,7 @@ def gather_pairs(grains, first, second, n, b):
     """As `dem.pairs.gather_pairs`."""
     whole = n - n % LANES
     for q in range(0, whole, LANES):
-        gather_lanes(grains, first, second, q, b)
+        gather_lanes(grains.place, grains.motion, first, second, q, b)
     pairs.gather_pairs(grains, first[whole:], second[whole:], n - whole, b[whole:])
 
 
@@ -400,7 +412,7 @@ def gather_periodic_pairs(grains, period, frequency, first, second, n, b):
     """As `dem.pairs.gather_periodic_pairs`."""
     whole = n - n % LANES
     for q in range(0, whole, LANES):
-        gather_lanes_periodic(grains, first, second, q, b, period, frequency)
+        gather_lanes_periodic(grains.place, grains.motion, first, second, q, b, period, frequency)
     pairs.gather_periodic_pairs(grains, period, frequency, first[whole:], second[whole:], n - whole, b[whole:])
 
 
@@ -409,7 +421,7 @@ def gather_at_wall(grains, velocity, first, n, b, places):
     """As `dem.pairs.gather_at_wall`."""
     whole = n - n % LANES
     for q in range(0, whole, LANES):
-        gather_lanes_at_wall(grains, first, velocity, q, b, places)
+        gather_lanes_at_wall(grains.place, grains.motion, first, velocity, q, b, places)
     pairs.gather_at_wall(grains, velocity, first[whole:], n - whole, b[whole:], places[whole:])
 
 
@@ -427,7 +439,7 @@ def gather_rolling(grains, first, second, n, b):
     """As `dem.pairs.gather_rolling`."""
     whole = n - n % LANES
     for q in range(0, whole, LANES):
-        gather_lanes_rolling(grains, first, second, q, b)
+        gather_lanes_rolling(grains.motion, first, second, q, b)
     pairs.gather_rolling(grains, first[whole:], second[whole:], n - whole, b[whole:])
 
 
@@ -449,12 +461,12 @@ def scatter_rolling(loads, first, second, n, b):
     pairs.scatter_rolling(loads, first[whole:], second[whole:], n - whole, b[whole:])
 
 
-@lean_jit
+@exact_jit
 def integrate(grains, loads, which, gravity, dt, zero):
     """As `dem.motion.integrate`."""
     n = which.shape[0]
     whole = n - n % LANES
     fastest2 = 0.0
     for k in range(0, whole, LANES):
-        fastest2 = max(fastest2, integrate_lanes(grains, loads, which, gravity, dt, k))
+        fastest2 = max(fastest2, integrate_lanes(grains.place, grains.motion, grains.remainder, loads, which, gravity, dt, k))
     return max(math.sqrt(fastest2), motion.integrate(grains, loads, which[whole:], gravity, dt, zero))

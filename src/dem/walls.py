@@ -165,9 +165,9 @@ def tube_separation(x, y, z, shape):
 
 
 @jit
-def wall_separation(grains, o, walls, w):
-    """Vector in m from the nearest point of wall w to the centre of the grain whose record starts at o."""
-    x, y, z = grains[o], grains[o + 1], grains[o + 2]
+def wall_separation(place, o, walls, w):
+    """Vector in m from the nearest point of wall w to the centre of the grain whose place record starts at o."""
+    x, y, z = place[o], place[o + 1], place[o + 2]
     if walls.kind[w] == BOX:
         return box_separation(x, y, z, shape_of(walls, w))
     return tube_separation(x, y, z, shape_of(walls, w))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import dem
 from dem import loop, neighbours, slabs
-from dem.layout import BLOCK, GRAIN, INVERSE_MASS, N_HISTORY, RADIUS
+from dem.layout import BLOCK, INVERSE_MASS, MOTION, N_HISTORY, PLACE, RADIUS, GrainArrays
 
 MATERIAL = dem.Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)
 ROUGH = dem.Interaction(restitution=0.5, static_friction=0.4, rolling_friction=0.1)
@@ -57,11 +57,12 @@ def all_pairs(positions, radii, period, skin):
 def find_pairs(positions, radii, period, skin, capacity):
     """(number of pairs or -1, row, partner, order, slab) of the fast search."""
     n = len(radii)
-    record = np.zeros((n, GRAIN))
-    record[:, :3], record[:, RADIUS], record[:, INVERSE_MASS] = positions, radii, 1.0
+    place, motion, remainder = np.zeros((n, PLACE)), np.zeros((n, MOTION)), np.zeros((n, MOTION))
+    place[:, :3], place[:, RADIUS], remainder[:, INVERSE_MASS] = positions, radii, 1.0
+    grains = GrainArrays(place.ravel(), motion.ravel(), remainder.ravel())
     row, partner = np.zeros((n, 2), np.int64), np.zeros(capacity, np.int32)
     order, slab = np.zeros(n, np.int64), np.zeros(neighbours.SLABS + 1, np.int64)
-    m = neighbours.find_pairs(record.ravel(), np.asarray(period, float), skin, row, partner, order, slab)
+    m = neighbours.find_pairs(grains, np.asarray(period, float), skin, row, partner, order, slab)
     return m, row, partner, order, slab
 
 
@@ -135,6 +136,21 @@ def test_a_bed_comes_to_rest_in_every_variant(precision, rolling_model):
     simulation = box_of_grains(precision=precision, rolling_model=rolling_model)
     assert simulation.run(1.0, until=lambda s: s.is_static(1e-6))
     assert simulation.largest_overlap_ratio() < 0.01
+
+
+@pytest.mark.parametrize("vector_code", [True, False])
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_changes_far_smaller_than_the_rounding_of_a_velocity_add_up(precision, vector_code):
+    speed, n_steps = 10.0, 2000
+    gravity = 0.003 * speed * float(np.finfo(precision).eps) / make().time_step_s
+    simulation = make(gravity_m_s2=(gravity, 0.0, 0.0), precision=precision, vector_code=vector_code)
+    places = [(0, 3 * k * RADIUS_M, 0) for k in range(20)]  # some in whole vectors, some left over
+    simulation.add_grains(places, RADIUS_M, "soil", velocities_m_s=(speed, 0.0, 0.0))
+    simulation.advance(n_steps)
+    motion, remainder = (x.reshape(20, MOTION)[:, 0].astype(np.longdouble) for x in simulation._grains[1:])
+    expected = np.longdouble(gravity) * simulation.time_step_s * n_steps
+    assert expected == pytest.approx(6 * speed * np.finfo(precision).eps)
+    assert (np.abs((motion - speed) + remainder - expected) <= 1e-4 * expected).all()
 
 
 @pytest.mark.parametrize("width_m", [0.0, 0.02])
@@ -326,7 +342,7 @@ def test_grains_that_move_at_once_move_as_when_all_wait_for_all_loads(period_x):
     for at_once in (True, False):
         s = wide_bed(period_x=period_x)
         advance_by_hand(s, at_once, n_steps=20)
-        results.append((s._grains.tobytes(), s._contacts.block.tobytes()))
+        results.append((b"".join(values.tobytes() for values in s._grains), s._contacts.block.tobytes()))
         assert not s._loads.any()
     assert results[0] == results[1]
 
@@ -346,7 +362,7 @@ def test_grains_of_a_dense_packing_move_at_once_as_when_all_wait(shape, periodic
         advance_by_hand(s, at_once, n_steps=20)
         assert neighbours.used_slabs(s._pairs.slab) == (4 if len(places) > 4000 else 1)
         assert s._contacts.count.max() > 16 * BLOCK
-        results.append((s._grains.tobytes(), s._contacts.block.tobytes()))
+        results.append((b"".join(values.tobytes() for values in s._grains), s._contacts.block.tobytes()))
         assert not s._loads.any()
     assert results[0] == results[1]
 

@@ -14,10 +14,10 @@ from dem.jit import jit
 
 
 @jit
-def resist(spin_x, spin_y, spin_z, largest_change):
-    """Factor that shortens a spin velocity by `largest_change` without reversing it (type A)."""
+def braked(spin_x, spin_y, spin_z, largest_change):
+    """Share of a spin velocity that rolling resistance takes away: `largest_change` of it, at most all (type A)."""
     speed = math.sqrt(spin_x * spin_x + spin_y * spin_y + spin_z * spin_z) + 1e-30
-    return max(0.0, 1.0 - largest_change / speed)
+    return min(1.0, largest_change / speed)
 
 
 @jit
