@@ -282,7 +282,7 @@ def book_grains(grains, loads, gravity, dt, mean, entries):
         twist = 2.5 * kick
         ux, uy, uz = velocity(grains, i + UX), velocity(grains, i + UX + 1), velocity(grains, i + UX + 2)
         wx, wy, wz = ux + twist * loads[a + QX], uy + twist * loads[a + QX + 1], uz + twist * loads[a + QX + 2]
-        keep = 1.0 - braked(wx, wy, wz, twist * loads[a + RESIST])
+        keep = 1.0 - braked(wx, wy, wz, twist * loads[a + RESIST], 1.0, 1e-30)
         turned = 0.2 * mass * (wx * wx + wy * wy + wz * wz)
         entries[ROLLING] += turned * (1.0 - keep * keep)
         after += turned * keep * keep

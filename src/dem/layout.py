@@ -71,6 +71,7 @@ PAGE = 4096
 def aligned_zeros(n: int, dtype, quarter: int = 0) -> np.ndarray:
     """(n,) zeros that begin at a quarter (0 to 3) of a page, so at a cache line: vector loads do not straddle two."""
     width = np.dtype(dtype).itemsize
-    memory = np.zeros(n * width + 2 * PAGE, np.uint8)
-    start = -memory.ctypes.data % PAGE + quarter * PAGE // 4
+    skip = quarter * PAGE // 4
+    memory = np.zeros(n * width + PAGE + skip, np.uint8)
+    start = -memory.ctypes.data % PAGE + skip
     return memory[start : start + n * width].view(dtype)

@@ -13,40 +13,45 @@ from dem.layout import FREE, INVERSE_MASS, LOAD, MOTION, PLACE, QX, QY, QZ, RESI
 
 
 @exact_jit
-def put(grains, i, value, change):
-    """Set the number at i of the motion records to value + change, and keep what is rounded off there."""
-    grains.motion[i] = value + change
-    grains.remainder[i] = change - (grains.motion[i] - value)
+def rounded_sum(value, change):
+    """Sum of two numbers of one precision, and what it had to round off."""
+    total = value + change
+    return total, change - (total - value)
 
 
 @lean_jit
 def integrate(grains, loads, which, gravity, dt, zero):
     """Advance the grains of the numbers `which` by dt, clear their loads, return the largest speed (m/s)."""
     place, motion, remainder = grains
-    fastest = 0.0
-    gx, gy, gz = gravity[0] * dt, gravity[1] * dt, gravity[2] * dt
+    number = motion.dtype.type  # a plain number would promote to float64
+    fastest, one, tiny, step, twist_step = zero, number(1.0), number(1e-30), number(dt), number(2.5 * dt)
+    gx, gy, gz = number(gravity[0] * dt), number(gravity[1] * dt), number(gravity[2] * dt)
     for k in range(which.shape[0]):
         o = np.uint64(which[k] * PLACE)
         i = np.uint64(which[k] * MOTION)
         a = np.uint64(which[k] * LOAD)
-        kick = remainder[i + U[INVERSE_MASS]] * dt
+        kick = remainder[i + U[INVERSE_MASS]] * step
+        twist = remainder[i + U[INVERSE_MASS]] * twist_step
         free = remainder[i + U[FREE]]
-        twist = 2.5 * kick
+        vx, vy, vz = motion[i], motion[i + U[VY]], motion[i + U[VZ]]
+        ux, uy, uz = motion[i + U[UX]], motion[i + U[UY]], motion[i + U[UZ]]
         dvx = kick * loads[a] + free * gx + remainder[i]
         dvy = kick * loads[a + U[1]] + free * gy + remainder[i + U[VY]]
         dvz = kick * loads[a + U[2]] + free * gz + remainder[i + U[VZ]]
         dux = twist * loads[a + U[QX]] + remainder[i + U[UX]]
         duy = twist * loads[a + U[QY]] + remainder[i + U[UY]]
         duz = twist * loads[a + U[QZ]] + remainder[i + U[UZ]]
-        ux, uy, uz = motion[i + U[UX]], motion[i + U[UY]], motion[i + U[UZ]]
-        share = braked(ux + dux, uy + duy, uz + duz, twist * loads[a + U[RESIST]])
-        put(grains, i + U[UX], ux, dux - share * (ux + dux))
-        put(grains, i + U[UY], uy, duy - share * (uy + duy))
-        put(grains, i + U[UZ], uz, duz - share * (uz + duz))
-        put(grains, i, motion[i], dvx)
-        put(grains, i + U[VY], motion[i + U[VY]], dvy)
-        put(grains, i + U[VZ], motion[i + U[VZ]], dvz)
-        vx, vy, vz = motion[i], motion[i + U[VY]], motion[i + U[VZ]]
+        share = braked(ux + dux, uy + duy, uz + duz, twist * loads[a + U[RESIST]], one, tiny)
+        vx, rest_vx = rounded_sum(vx, dvx)
+        vy, rest_vy = rounded_sum(vy, dvy)
+        vz, rest_vz = rounded_sum(vz, dvz)
+        ux, rest_ux = rounded_sum(ux, dux - share * (ux + dux))
+        uy, rest_uy = rounded_sum(uy, duy - share * (uy + duy))
+        uz, rest_uz = rounded_sum(uz, duz - share * (uz + duz))
+        motion[i], motion[i + U[VY]], motion[i + U[VZ]] = vx, vy, vz
+        motion[i + U[UX]], motion[i + U[UY]], motion[i + U[UZ]] = ux, uy, uz
+        remainder[i], remainder[i + U[VY]], remainder[i + U[VZ]] = rest_vx, rest_vy, rest_vz
+        remainder[i + U[UX]], remainder[i + U[UY]], remainder[i + U[UZ]] = rest_ux, rest_uy, rest_uz
         place[o] += vx * dt
         place[o + U[1]] += vy * dt
         place[o + U[2]] += vz * dt
@@ -65,8 +70,10 @@ def carry_glued(grains, loads, walls, glued, carrier):
         a = LOAD * glued[k]
         for t in range(3):
             walls.force[w, t] += loads[a + t]
-            put(grains, i + VX + t, 0.0, walls.velocity[w, t])
-            put(grains, i + UX + t, 0.0, 0.0)
+            grains.motion[i + VX + t] = walls.velocity[w, t]
+            grains.motion[i + UX + t] = 0.0
+            grains.remainder[i + VX + t] = 0.0
+            grains.remainder[i + UX + t] = 0.0
 
 
 @lean_jit

@@ -14,10 +14,9 @@ from dem.jit import jit
 
 
 @jit
-def braked(spin_x, spin_y, spin_z, largest_change):
+def braked(spin_x, spin_y, spin_z, largest_change, one, tiny):
     """Share of a spin velocity that rolling resistance takes away: `largest_change` of it, at most all (type A)."""
-    speed = math.sqrt(spin_x * spin_x + spin_y * spin_y + spin_z * spin_z) + 1e-30
-    return min(1.0, largest_change / speed)
+    return min(one, largest_change * (one / math.sqrt(spin_x * spin_x + spin_y * spin_y + spin_z * spin_z + tiny)))
 
 
 @jit

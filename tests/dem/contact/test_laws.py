@@ -75,7 +75,7 @@ def test_slip_never_lets_the_force_exceed_the_limit(trial, limit):
 
 @given(st.tuples(*[st.floats(-5, 5)] * 3), st.floats(0.0, 10.0))
 def test_rolling_resistance_may_stop_a_spin_but_not_reverse_it(spin, change):
-    keep = 1.0 - rolling.braked(*spin, change)
+    keep = 1.0 - rolling.braked(*spin, change, 1.0, 1e-30)
     speed = float(np.linalg.norm(spin))
     assert 0.0 <= keep <= 1.0
     assert keep * speed == pytest.approx(max(0.0, speed - change), abs=1e-12)
