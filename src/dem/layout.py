@@ -54,8 +54,9 @@ class GrainArrays(NamedTuple):
     """The grains' records, flat: place (n PLACE,) float64, motion and remainder (n MOTION,) in the contact precision.
 
     Small records, each within a cache line, and half the memory of velocities in float64 where contacts take float32. Motion and
-    remainder together hold a velocity to 48 bits then (compensated summation: Kahan 1965), so that no small
-    change is lost; contacts see its first 24, as the grains' places do, so both move alike.
+    remainder together hold a velocity to 48 bits then (compensated summation: Kahan 1965), so that no small change is lost.
+    Contacts see its first 24, as the grains' places do, so that both move alike. Limit: the relative velocity of two grains that
+    move together at v is good to 2^-24 v.
     """
 
     place: np.ndarray
