@@ -4,8 +4,9 @@ Grid: full factorial of the grid variables at the base material. Sweep: each swe
 grid variables. Screening: one parameter changed at a time. Check: a few points at both fidelities. Twin: hidden soils, simulated
 to be found again. Simulations that several of these need are made once and carry all their purposes.
 
-A row's identifier is a hash of what is simulated, not of its place in the table: adding a value, a seed or a stress leaves all
-other identifiers, and so their results, as they are.
+A simulation's identifier is a hash of what is simulated, not of its place in the table: adding a value, a seed or a stress leaves
+all other identifiers, and so their results, as they are. Points whose grains behave alike to the last bit share a simulation (see
+`as_simulated`); each has its own row.
 """
 
 import hashlib
@@ -24,15 +25,15 @@ SEED_STEP = 1000
 
 
 def expand(config: dict) -> pd.DataFrame:
-    """The design table of a study, one row per simulation (`normal_stress_pa` is NaN for heaps).
+    """The design table of a study, a row for each result of a point (`normal_stress_pa` is NaN for heaps).
 
     Raises CalibrationError naming the key when the design contradicts itself.
     """
     check_design(config)
-    rows: dict[str, dict] = {}
+    rows: dict[tuple[str, str], dict] = {}
     for purpose, experiment, fidelity, material, stress, seed in wanted(config):
-        row = make_row(experiment, fidelity, material, stress, seed)
-        known = rows.setdefault(row["simulation_id"], {**row, "purposes": []})
+        row = design_row(config, experiment, fidelity, material, stress, seed)
+        known = rows.setdefault((row["simulation_id"], row["point_id"]), {**row, "purposes": []})
         if purpose not in known["purposes"]:
             known["purposes"].append(purpose)
     table = pd.DataFrame(list(rows.values()))
@@ -52,15 +53,16 @@ def ordered(table: pd.DataFrame) -> pd.DataFrame:
 def further(config: dict, purpose: str, points: list[dict], seeds: dict) -> pd.DataFrame:
     """Design table of both experiments at further points: values of the design variables, rounded to four digits.
 
-    seeds : repose_seeds, shear_seeds. A point that occurs twice is simulated once. Without points the table is empty.
+    config : material, design, repose, shear, engine of the study. seeds : repose_seeds, shear_seeds. A point that occurs twice is
+    simulated once. Without points the table is empty.
     """
     rows = {}
     for values in points:
         material = point_at(config["material"], values)
         stresses = config["shear"]["normal_stresses_pa"]
         for _, *what in both(purpose, "campaign", material, stresses, seeds["repose_seeds"], seeds["shear_seeds"]):
-            row = make_row(*what)
-            rows[row["simulation_id"]] = {**row, "purposes": purpose}
+            row = design_row(config, *what)
+            rows[row["simulation_id"], row["point_id"]] = {**row, "purposes": purpose}
     template = {**make_row("repose", "campaign", config["material"], math.nan, 0), "purposes": purpose}
     return ordered(pd.DataFrame(list(rows.values()), columns=list(template)).astype({k: type(v) for k, v in template.items()}))
 
@@ -118,8 +120,35 @@ def sweep_points(base: dict, design: dict) -> list[dict]:
     ]
 
 
+def design_row(config: dict, experiment, fidelity, material, stress, seed) -> dict:
+    """One row of the design table, purposes excepted: the point's values, and the simulation that gives its result."""
+    simulated = make_row(experiment, fidelity, as_simulated(material, config, experiment), stress, seed)
+    return {**make_row(experiment, fidelity, material, stress, seed), "simulation_id": simulated["simulation_id"]}
+
+
+def as_simulated(material: dict, config: dict, experiment: str) -> dict:
+    """The material that is simulated for a point: where grains can only slide, rolling friction is twice the static one.
+
+    Friction turns a grain by at most mu_s F_n R at a contact, and resistance of type A (`dem.contact.rolling`) stops whatever spin
+    a torque of mu_r F_n R can stop. Where mu_s <= mu_r at all its contacts, a grain at rest never begins to spin, so simulations
+    that differ in nothing but such a mu_r are one: to the last bit where mu_s < mu_r, to rounding where they are equal.
+    """
+    sliding = material["static_friction"]
+    if config["engine"]["rolling_model"] != "type_a" or material["rolling_friction"] < sliding:
+        return material
+    rolling = 2.0 * sliding
+    if experiment == "repose":
+        wall_sliding, wall_rolling = config["repose"]["wall_static_friction"], config["repose"]["wall_rolling_friction"]
+        wall_sliding = sliding if wall_sliding is None else wall_sliding
+        wall_rolling = rolling if wall_rolling is None else wall_rolling
+    else:
+        wall_sliding, wall_rolling = config["shear"]["frame_static_friction"], 0.0
+    only_slide = wall_sliding == 0.0 or wall_sliding < wall_rolling
+    return {**material, "rolling_friction": rolling} if only_slide else material
+
+
 def make_row(experiment, fidelity, material, stress, seed) -> dict:
-    """One row of the design table, purposes excepted."""
+    """What a simulation of a material is, as a row of the design table, purposes excepted."""
     material = {key: float(material[key]) for key in sorted(material)}
     what = [experiment, fidelity, material, None if math.isnan(stress) else float(stress), int(seed)]
     return {

@@ -15,7 +15,7 @@ import _simulate
 import measure_repose
 from _cost import expected_s
 from _simulate import empty_grains, one_row, run_batch
-from _study import ROOT, experiment_settings, simulations
+from _study import ROOT, design_rows, experiment_settings, simulations
 from _tables import TableError, folder_of, read_simulation, read_simulations, write_table
 
 
@@ -93,12 +93,13 @@ def test_a_digest_changes_with_any_value_of_any_simulation():
 
 def test_in_the_default_study_simulations_of_a_second_are_batched():
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
-    rows = {name: row for name, row in simulations(config).items() if row["experiment"] == "shear"}
+    rows = {name: row for name, row in simulations(config, design_rows(config)).items() if row["experiment"] == "shear"}
     expected = {name: expected_s(row, experiment_settings(config, row)) for name, row in rows.items()}
     found = _batches.batches(expected, 1200.0, "")
     assert len(found) < len(rows) / 50
     update_config(config, yaml.safe_load((ROOT / "config" / "paper.yaml").read_text()))
-    longer = {name: expected_s(row, experiment_settings(config, row)) for name, row in simulations(config).items()}
+    rows = simulations(config, design_rows(config))
+    longer = {name: expected_s(row, experiment_settings(config, row)) for name, row in rows.items()}
     assert len(_batches.batches(longer, 1200.0, "")) > len(found)
 
 
@@ -236,13 +237,14 @@ def test_the_newest_folder_that_holds_a_simulation_is_found(tmp_path):
 
 def test_measured_tables_are_the_same_bytes_whatever_the_batches(tmp_path):
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
-    rows = [row for row in simulations(config).values() if row["experiment"] == "repose"][:7]
+    few = {"experiment": ["repose"], "radius_m": [5e-5], "static_friction": [0.0, 0.9], "rolling_friction": [0.0, 0.05, 0.2]}
+    rows = [row for row in design_rows(config) if all(row[key] in values for key, values in few.items())]
     design = pd.DataFrame(rows)
     design["normal_stress_pa"] = design["normal_stress_pa"].astype(float)
     write_table(design, str(tmp_path / "design.parquet"), "design", {})
-    ids, stand = sorted(design["simulation_id"]), Stand(failed=[rows[2]["simulation_id"]])
+    ids, stand = sorted(design["simulation_id"].unique()), Stand(failed=[rows[2]["simulation_id"]])
     measured = []
-    for target_s in (10.0, 4.0, 0.0):
+    for target_s in (10.0, 2.0, 0.0):
         shares = _batches.batches(dict.fromkeys(ids, 1.0), target_s, "")
         study = tmp_path / str(len(shares))
         folders = [run(study, batch, share, stand) for batch, share in shares.items()]
@@ -251,8 +253,9 @@ def test_measured_tables_are_the_same_bytes_whatever_the_batches(tmp_path):
         files = SimpleNamespace(design=str(tmp_path / "design.parquet"), **files)
         measure_repose.main(files, "profile", {}, str(study / "repose.parquet"))
         measured.append((study / "repose.parquet").read_bytes())
-    assert sorted(path.name for path in tmp_path.glob("[0-9]*")) == ["1", "2", "7"]
+    assert sorted(path.name for path in tmp_path.glob("[0-9]*")) == ["1", "3", "4"]
     assert len(set(measured)) == 1
     table = pd.read_parquet(tmp_path / "1" / "repose.parquet")
     assert table["simulation_id"].tolist() == design["simulation_id"].tolist()
-    assert table["angle_of_repose_deg"].notna().sum() == 6
+    assert table.groupby("simulation_id").size().sort_values().tolist() == [1, 1, 1, 3]
+    assert table["angle_of_repose_deg"].notna().sum() == 3

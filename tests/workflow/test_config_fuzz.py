@@ -18,6 +18,7 @@ from _study import (
     base_simulation,
     check_config,
     check_soils,
+    design_rows,
     experiment_settings,
     first_answer_soils,
     raw_files,
@@ -89,13 +90,14 @@ def plan(config):
     first_answer_soils(config.pop("soil", None), config)
     config.pop("checkpoint_interval_s"), config.pop("batch_minutes")
     check_soils(config)
-    rows = simulations(config)
+    design = design_rows(config)
+    rows = simulations(config, design)
     raw_files(soil_files(config))
     for row in rows.values():
         members = [(row, experiment_settings(config, row))]
         runtime_min(members, 1), memory_mb(members, 1)
     for experiment in ("repose", "shear"):
-        base_simulation(config, rows, experiment)
+        base_simulation(config, design, experiment)
     return config, rows
 
 

@@ -28,7 +28,7 @@ def study(name):
 def recorded(experiment):
     """Design rows with what their simulations took, of the campaign at the paper's fidelity, and their settings."""
     rows = plain_rows(pd.read_parquet(REFERENCE / f"{experiment}.parquet"))
-    rows = [row for row in rows.values() if row["status"] != "failed"]
+    rows = [row for row in rows if row["status"] != "failed"]
     config = study("paper")
     return rows, [experiment_settings(config, row) for row in rows]
 

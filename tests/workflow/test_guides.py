@@ -13,7 +13,7 @@ import yaml
 from campaign import copy_project, snakemake
 from snakemake.utils import update_config
 
-from _study import ROOT, check_config, experiment_settings, simulations
+from _study import ROOT, check_config, design_rows, experiment_settings
 from calibration import measure_soil
 
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "config").glob("*.md"), *(ROOT / "docs").rglob("*.md")])
@@ -44,7 +44,7 @@ def test_a_printed_study_is_valid_and_simulates_something(name, study):
     update_config(config, study)
     check_config(config)
     assert config["study"] == study["study"]
-    assert len(simulations(config)) > 100
+    assert len(design_rows(config)) > 100
 
 
 def test_the_printed_soil_file_is_understood_with_the_example_data(tmp_path):
@@ -101,7 +101,7 @@ def test_the_printed_experiment_gives_a_result_or_a_reason(tmp_path, monkeypatch
     adapter = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(adapter)
     config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
-    row = next(row for row in simulations(config).values() if row["experiment"] == "repose")
+    row = next(row for row in design_rows(config) if row["experiment"] == "repose")
     output = SimpleNamespace(run=tmp_path / "run.json")
     adapter.main(row, experiment_settings(config, row), "engine", output)
     assert 0.4 < json.loads(output.run.read_text())["solid_fraction"] < 0.66

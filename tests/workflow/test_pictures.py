@@ -16,7 +16,7 @@ import grains_vtu
 from _paraview import write_series
 from _report_figures import base_point
 from _simulate import empty_grains, grain_table
-from _study import ROOT, base_simulation, experiment_settings, simulations
+from _study import ROOT, base_simulation, design_rows, experiment_settings
 from _tables import TableError, write_table
 from dem import Box, Grains, Tube
 
@@ -87,8 +87,8 @@ def test_a_cut_shows_only_the_half_behind_the_plane():
 
 @pytest.mark.parametrize("experiment", ["repose", "shear"])
 def test_the_film_is_of_the_simulation_that_the_report_draws(experiment):
-    rows = simulations(CONFIG)
-    table = pd.DataFrame([row for row in rows.values() if row["experiment"] == experiment])
+    rows = design_rows(CONFIG)
+    table = pd.DataFrame([row for row in rows if row["experiment"] == experiment])
     at_base = base_point(table, CONFIG)
     shown = at_base[at_base["seed"] == at_base["seed"].iloc[0]].iloc[-1]
     assert base_simulation(CONFIG, rows, experiment)["simulation_id"] == shown["simulation_id"]
@@ -98,7 +98,7 @@ def test_the_film_is_of_the_simulation_that_the_report_draws(experiment):
 def test_each_experiment_is_filmed(experiment, tmp_path, monkeypatch):
     monkeypatch.setattr(_animation, "N_FRAMES", 4)
     monkeypatch.setattr(_animation, "LAST_REPEATED", 1)
-    row = base_simulation(CONFIG, simulations(CONFIG), experiment)
+    row = base_simulation(CONFIG, design_rows(CONFIG), experiment)
     settings = experiment_settings(CONFIG, row)
     small = {
         "repose": {"n_particles": 150, "tube_diameter_ratio": 6.0, "max_time_s": 0.02, "lift_speed_m_s": 5e-2},

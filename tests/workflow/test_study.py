@@ -4,7 +4,7 @@ import pytest
 import yaml
 from snakemake.exceptions import WorkflowError
 
-from _study import ROOT, repose_softening, simulations
+from _study import ROOT, design_rows, repose_softening
 
 
 @pytest.mark.parametrize(("reduction", "grown", "expected"), [(100.0, 1.0, 100.0), (100.0, 10.0, 10.0), (5.0, 10.0, 1.0)])
@@ -27,8 +27,8 @@ def test_tables_and_figures_need_frictions_and_radius(gone):
         {**couple, "density_kg_m3": 2500.0} if part is design["grid"] else couple for couple in design["sweep_couples"]
     ]
     config["fidelity"]["check"]["couples"] = []
-    simulations(config)
+    design_rows(config)
     del part[gone]
     design["variables"].remove(gone)
     with pytest.raises(WorkflowError, match="design.variables is .*; allowed: any keys of material beside static_friction"):
-        simulations(config)
+        design_rows(config)

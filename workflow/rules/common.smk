@@ -1,4 +1,5 @@
 # What the files of rules share: the checked configuration, the design, batches of simulations, fingerprints of the code.
+import functools
 import sys
 from types import SimpleNamespace
 
@@ -12,11 +13,12 @@ from _study import (
     base_simulation,
     check_config,
     check_soils,
+    design_rows,
     experiment_settings,
     fingerprint,
     first_answer_soils,
     planned_stages,
-    proposed_simulations,
+    proposed_rows,
     raw_files,
     simulations,
     soil_files,
@@ -39,7 +41,8 @@ RESULTS = f"results/{config['study']}"
 LOGS = f"logs/{config['study']}"
 
 # The campaign is known beforehand. Later stages simulate where the optima lie: rounds of refinement, then the verification.
-SIMULATIONS = simulations(config)
+DESIGN = design_rows(config)
+SIMULATIONS = simulations(config, DESIGN)
 ROUNDS = config["refine"]["rounds"]
 LAST = f"{RESULTS}/rounds/{ROUNDS}"
 # where the tables of what was simulated after the campaign lie, below the results
@@ -93,8 +96,17 @@ localrules:
 
 
 def stage_rows(stage):
-    """Design rows of a stage by simulation; those of a later stage are read from its design, which must be there."""
-    return proposed_simulations(f"{RESULTS}{stage}") if stage else SIMULATIONS
+    """What a stage simulates, by simulation; that of a later stage is read from its design, which must be there."""
+    if not stage:
+        return SIMULATIONS
+    path = Path(f"{RESULTS}{stage}") / "design.parquet"
+    return proposed_simulations(str(path), path.stat().st_mtime_ns)
+
+
+@functools.cache
+def proposed_simulations(path, changed_ns):
+    """What a later stage simulates by its design as it was at a time; the same dict until that changes."""
+    return simulations(config, proposed_rows(path))
 
 
 def settings_of(row):
@@ -121,17 +133,13 @@ def stage_batches(stage, experiment):
 
 
 def members_of(batch, experiment):
-    """Design row and settings of every simulation in a batch; purposes are left out, as nothing simulated depends on them."""
+    """Design row and settings of every simulation in a batch."""
     stages = planned_stages(RESULTS) if stage_of(batch) is None else [stage_of(batch)]
     for stage in stages:
         rows = stage_rows(stage)
         names = stage_batches(stage, experiment).get(batch, ())
         if names:
-            plain = [
-                {key: rows[name][key] for key in rows[name] if key != "purposes"}
-                for name in names
-            ]
-            return [(row, settings_of(row)) for row in plain]
+            return [(rows[name], settings_of(rows[name])) for name in names]
     raise WorkflowError(
         f"{batch}: no {experiment} simulation or batch of this name is planned."
     )
@@ -199,7 +207,7 @@ def simulated_in_all(experiment, file):
 
 def base_settings(experiment):
     """Design row of an experiment at the base point, without what it is for, and its settings."""
-    row = base_simulation(config, SIMULATIONS, experiment)
+    row = base_simulation(config, DESIGN, experiment)
     settings = experiment_settings(config, row)
     return {key: value for key, value in row.items() if key != "purposes"}, settings
 

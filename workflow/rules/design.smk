@@ -7,12 +7,12 @@ rule design:
     log:
         f"{LOGS}/design.log",
     # first of all, so that `make status` knows what is to come
-    priority: 1
+    priority: 2
     params:
-        simulations=lambda wildcards, input: list(SIMULATIONS.values()),
-        digest=lambda wildcards: digest(list(SIMULATIONS.values())),
+        rows=lambda wildcards, input: DESIGN,
+        digest=lambda wildcards: digest(DESIGN),
     message:
-        "Expand the design into one row per simulation."
+        "Expand the design into one row for each result of a point."
     script:
         "../scripts/design.py"
 

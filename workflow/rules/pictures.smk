@@ -25,9 +25,9 @@ rule animate:
     log:
         f"{LOGS}/animations/{{experiment}}.log",
     params:
-        row=lambda wildcards: base_simulation(config, SIMULATIONS, wildcards.experiment),
+        row=lambda wildcards: base_simulation(config, DESIGN, wildcards.experiment),
         settings=lambda wildcards: experiment_settings(
-            config, base_simulation(config, SIMULATIONS, wildcards.experiment)
+            config, base_simulation(config, DESIGN, wildcards.experiment)
         ),
         engine=ENGINE,
     message:
@@ -39,7 +39,7 @@ rule animate:
 rule paraview:
     input:
         [
-            f"{RESULTS}/vtu/{experiment}/{base_simulation(config, SIMULATIONS, experiment)['simulation_id']}/{moment}.vtu"
+            f"{RESULTS}/vtu/{experiment}/{base_simulation(config, DESIGN, experiment)['simulation_id']}/{moment}.vtu"
             for experiment in EXPERIMENTS
             for moment in MOMENTS[experiment]
         ],

@@ -14,7 +14,10 @@ checkpoint refinement_design:
     log:
         f"{LOGS}/rounds/{{round}}/refinement_design.log",
     params:
-        study={key: config[key] for key in ("material", "design", "shear")},
+        study={
+            key: config[key]
+            for key in ("material", "design", "repose", "shear", "engine")
+        },
         optimise=config["optimise"],
         uncertainty=config["uncertainty"],
         refine={

@@ -12,6 +12,8 @@ rule simulate_repose:
     log:
         f"{LOGS}/repose/{{batch}}.log",
     threads: 1
+    # the long jobs first, so that at the end no core waits for one of them
+    priority: 1
     resources:
         checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
         runtime=batch_runtime("repose"),

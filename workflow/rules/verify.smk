@@ -85,7 +85,10 @@ checkpoint verification_design:
     log:
         f"{LOGS}/verification_design.log",
     params:
-        study={key: config[key] for key in ("material", "design", "shear")},
+        study={
+            key: config[key]
+            for key in ("material", "design", "repose", "shear", "engine")
+        },
         verify=config["verify"],
         inference=INFERENCE,
     message:

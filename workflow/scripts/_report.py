@@ -180,7 +180,8 @@ def views_of(study: Study) -> tuple[dict, dict, str]:
     """Data of the interactive views, the grains of the 3D views, and a sentence on the simulations that these offer."""
     config, tables = study.config, study.tables
     columns = [name for name in study.every["repose"] if name in study.every["shear"]]
-    rows = pd.concat([study.every[name][columns] for name in ("repose", "shear")]).drop_duplicates("simulation_id")
+    rows = pd.concat([study.every[name][columns] for name in ("repose", "shear")])
+    rows = rows.drop_duplicates(["simulation_id", "point_id"])
     rows = _views.labelled(rows, config["material"], tables["calibration"])
     setups = {row["simulation_id"]: experiment_settings(config, row)["setup"] for _, row in rows.iterrows()}
     periods = {name: setup["width_ratio"] * setup["scale_radius_m"] for name, setup in setups.items() if "width_ratio" in setup}
@@ -197,11 +198,11 @@ def views_of(study: Study) -> tuple[dict, dict, str]:
 
 def cost_sentence(tables) -> str:
     """How much was simulated."""
-    runs = pd.concat([tables["repose"], tables["shear"]])
+    runs = pd.concat([tables["repose"], tables["shear"]]).drop_duplicates("simulation_id")
     steps = float((runs["n_steps"] * runs["n_particles"]).sum())
     minutes = runs["wall_time_s"].sum() / 60.0
-    counts = f"{len(tables['repose'])} heaps and {len(tables['shear'])} shear tests"
-    return f"{counts}: {steps:.2g} grain-steps in {minutes:.1f} core-minutes."
+    n_heaps = (runs["experiment"] == "repose").sum()
+    return f"{n_heaps} heaps and {len(runs) - n_heaps} shear tests: {steps:.2g} grain-steps in {minutes:.1f} core-minutes."
 
 
 def soil_table(soils: pd.DataFrame) -> pd.DataFrame:

@@ -1,7 +1,6 @@
 """What the Snakefile knows of a study before any job runs: its checked configuration, its simulations, its code."""
 
 import ast
-import functools
 import hashlib
 import math
 import re
@@ -14,7 +13,7 @@ from snakemake.exceptions import WorkflowError
 from _cost import grains_and_steps
 from _tables import TableError, read_table
 from calibration import CalibrationError, laboratory_files, measure_soil
-from calibration.design import expand
+from calibration.design import as_simulated, expand, point_id
 from calibration.errors import demand
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -119,8 +118,8 @@ def describe(error: jsonschema.ValidationError) -> str:
     return f"{key}: {shortened(error.message)}." + (f" It means: {meaning}" if meaning else "")
 
 
-def simulations(config: dict) -> dict[str, dict]:
-    """simulation_id -> design row, with plain Python values (None where a value does not apply)."""
+def design_rows(config: dict) -> list[dict]:
+    """Rows of the design, with plain Python values (None where a value does not apply)."""
     design = config["design"]
     try:
         demand(
@@ -133,9 +132,19 @@ def simulations(config: dict) -> dict[str, dict]:
         table = expand(config)
     except ValueError as error:
         raise WorkflowError(str(error)) from None
-    rows = plain_rows(table)
-    check_costs(config, rows)
-    return rows
+    return plain_rows(table)
+
+
+def simulations(config: dict, rows: list[dict]) -> dict[str, dict]:
+    """simulation_id -> what is simulated for the rows of a design that share it, without what it is for."""
+    found = {}
+    for row in rows:
+        if row["simulation_id"] not in found:
+            material = as_simulated({key: row[key] for key in config["material"]}, config, row["experiment"])
+            plain = {key: value for key, value in row.items() if key != "purposes"}
+            found[row["simulation_id"]] = {**plain, **material, "point_id": point_id(material)}
+    check_costs(config, found)
+    return found
 
 
 def check_costs(config: dict, rows: dict[str, dict]) -> None:
@@ -152,23 +161,20 @@ def check_costs(config: dict, rows: dict[str, dict]) -> None:
             )
 
 
-def plain_rows(table) -> dict[str, dict]:
-    """simulation_id -> row of a design table, with plain Python values (None where a value does not apply)."""
-    rows = {}
-    for row in table.to_dict("records"):
-        plain = {key: value.item() if hasattr(value, "item") else value for key, value in row.items()}
-        plain = {key: None if isinstance(value, float) and math.isnan(value) else value for key, value in plain.items()}
-        rows[plain["simulation_id"]] = plain
-    return rows
+def plain_rows(table) -> list[dict]:
+    """Rows of a design table, with plain Python values (None where a value does not apply)."""
+    return [{key: plain_value(value) for key, value in row.items()} for row in table.to_dict("records")]
 
 
-def base_simulation(config: dict, rows: dict[str, dict], experiment: str) -> dict:
-    """The campaign's simulation at the grid point nearest to the base set: its first seed, the largest normal stress."""
-    grid = [
-        row
-        for row in rows.values()
-        if row["experiment"] == experiment and row["fidelity"] == "campaign" and "grid" in row["purposes"]
-    ]
+def plain_value(value):
+    """Python's own number for numpy's; None for NaN."""
+    plain = value.item() if hasattr(value, "item") else value
+    return None if isinstance(plain, float) and math.isnan(plain) else plain
+
+
+def base_simulation(config: dict, rows: list[dict], experiment: str) -> dict:
+    """The campaign's row at the grid point nearest to the base set: its first seed, the largest normal stress."""
+    grid = [row for row in rows if row["experiment"] == experiment and row["fidelity"] == "campaign" and "grid" in row["purposes"]]
     nearest = min(grid, key=lambda row: sum(abs(row[name] - config["material"][name]) for name in config["design"]["grid"]))
     same = [row for row in grid if row["point_id"] == nearest["point_id"] and row["seed"] == nearest["seed"]]
     return max(same, key=lambda row: row["normal_stress_pa"] or 0.0)
@@ -180,15 +186,8 @@ def planned_stages(results: str) -> list[str]:
     return ["", *(folder[len(results) :] for folder in folders if (Path(folder) / "design.parquet").is_file())]
 
 
-def proposed_simulations(folder: str) -> dict[str, dict]:
-    """simulation_id -> design row of what the later stage in a folder simulates; the same dict until its design changes."""
-    path = Path(folder) / "design.parquet"
-    return rows_in(str(path), path.stat().st_mtime_ns)
-
-
-@functools.cache
-def rows_in(path: str, changed_ns: int) -> dict[str, dict]:
-    """Rows of a design table as it was at a time."""
+def proposed_rows(path: str) -> list[dict]:
+    """Rows of the design table of a later stage."""
     try:
         return plain_rows(read_table(path, "design"))
     except TableError as error:

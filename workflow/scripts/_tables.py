@@ -252,12 +252,12 @@ def stack_tables(paths: dict[str, Path], path: str, provenance: dict) -> None:
 
 
 def read_all(paths, name: str):
-    """One table from several files of the same kind; a simulation that is in more than one counts once."""
+    """One table from several files of the same kind; a point's simulation that is in more than one counts once."""
     import pandas as pd
 
     frames = [read_table(path, name) for path in paths]
     table = pd.concat([frame for frame in frames if len(frame)] or frames[:1], ignore_index=True)
-    return table.drop_duplicates("simulation_id", ignore_index=True) if "simulation_id" in table else table
+    return table.drop_duplicates(["simulation_id", "point_id"], ignore_index=True) if "simulation_id" in table else table
 
 
 def empty_table(name: str, further=()):

@@ -7,6 +7,6 @@ from _tables import write_table
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
-    table = pd.DataFrame(snakemake.params.simulations)
+    table = pd.DataFrame(snakemake.params.rows)
     table["normal_stress_pa"] = table["normal_stress_pa"].astype(float)
     write_table(table, snakemake.output.table, "design", {"rule": "design"})

@@ -27,7 +27,7 @@ def main(files, estimator, provenance, output):
     if not rows:  # a round in which every case is settled
         write_table(empty_table("repose"), output, "repose", provenance)
         return
-    table = design.merge(pd.DataFrame(rows), on="simulation_id", validate="one_to_one")
+    table = design.merge(pd.DataFrame(rows), on="simulation_id", validate="many_to_one")
     for column in NOTHING:
         table[column] = table[column].astype(float)
     table["angle_of_repose_deg"] = table[f"angle_{estimator}_deg"]

@@ -27,7 +27,7 @@ def main(files, provenance, output):
     design = read_table(files.design, "design")
     results = batch_results(files.runs, "shear_run", files.histories, "shear_history", files.timings)
     rows = [measured(run, history) for run, history in results]
-    table = design.merge(pd.DataFrame(rows), on="simulation_id", validate="one_to_one") if rows else empty_table("shear")
+    table = design.merge(pd.DataFrame(rows), on="simulation_id", validate="many_to_one") if rows else empty_table("shear")
     write_table(table, output, "shear", provenance)
 
 

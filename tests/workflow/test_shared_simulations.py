@@ -1,0 +1,117 @@
+"""Points that share a simulation: their grains do the same to the last bit, and nothing else is taken for the same."""
+
+import copy
+
+import numpy as np
+import pytest
+import yaml
+
+from _simulate import engine_of, soil_of
+from _study import ROOT, design_rows, experiment_settings, simulations
+from calibration.design import as_simulated, make_row
+from dem.experiments import angle_of_repose, direct_shear
+
+CONFIG = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+SLIDING = {"static_friction": 0.1, "rolling_friction": 0.3}
+
+
+def small(**changes):
+    """The default study with little tests, and changes to a part of it: part -> {key: value}."""
+    config = copy.deepcopy(CONFIG)
+    config["repose"] |= {"n_particles": 150, "tube_diameter_ratio": 6.0, "max_time_s": 0.02}
+    config["shear"] |= {"length_ratio": 16.0, "width_ratio": 8.0, "height_ratio": 10.0, "displacement_ratio": 1.0}
+    config["fidelity"]["campaign"] |= {"lift_speed_m_s": 5e-2}
+    for part, values in changes.items():
+        config[part] |= values
+    return config
+
+
+def outcome(config, experiment, material):
+    """All that a test of a material ends with: places, velocities and spins of its grains before and after, number of steps."""
+    row = make_row(experiment, "campaign", material, 500.0, 1)
+    settings = experiment_settings(config, row)
+    if experiment == "repose":
+        engine = engine_of(settings, settings["softening"]["repose_stiffness_reduction"])
+        done = angle_of_repose.run(soil_of(row), angle_of_repose.Setup(**settings["setup"]), engine, 1)
+        states = [done.filled, done.grains]
+    else:
+        setup = direct_shear.Setup(normal_stress_pa=500.0, **settings["setup"])
+        soil, number = soil_of(row), settings["softening"]["shear_stiffness_number"]
+        reduction = direct_shear.stiffness_reduction(soil, setup, number, settings["engine"]["gravity_m_s2"])
+        done = direct_shear.run(soil, setup, engine_of(settings, reduction), 1)
+        states = [done.before, done.after]
+    arrays = (getattr(state, name) for state in states for name in ("positions_m", "velocities_m_s", "angular_velocities_rad_s"))
+    return [array.tolist() for array in arrays], done.n_steps
+
+
+@pytest.mark.parametrize("experiment", ["repose", "shear"])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"material": {"radius_sd_ratio": 0.2}},
+        {"engine": {"precision": "float64"}},
+        {"engine": {"vector_code": False}},
+        {"repose": {"wall_static_friction": 0.05}},
+        {"repose": {"wall_static_friction": 0.5, "wall_rolling_friction": 0.6}},
+        {"shear": {"preparation_friction_ratio": 1.0}},
+    ],
+    ids=str,
+)
+def test_grains_that_can_only_slide_do_the_same_whatever_their_rolling_friction(experiment, changes):
+    config = small(**changes)
+    material = {**config["material"], **SLIDING}
+    simulated = as_simulated(material, config, experiment)
+    assert simulated == {**material, "rolling_friction": 0.2}
+    assert outcome(config, experiment, material) == outcome(config, experiment, simulated)
+
+
+@pytest.mark.parametrize(
+    ("experiment", "changes"),
+    [
+        ("repose", {"engine": {"rolling_model": "type_c"}}),
+        ("shear", {"engine": {"rolling_model": "type_c"}}),
+        ("repose", {"repose": {"wall_static_friction": 0.5}}),
+        ("repose", {"repose": {"wall_rolling_friction": 0.0}}),
+        ("shear", {"shear": {"frame_static_friction": 0.5}}),
+    ],
+    ids=str,
+)
+def test_where_grains_can_roll_all_the_same_rolling_friction_counts(experiment, changes):
+    config = small(**changes)
+    material = {**config["material"], **SLIDING}
+    assert as_simulated(material, config, experiment) == material
+    assert outcome(config, experiment, material) != outcome(config, experiment, {**material, "rolling_friction": 0.2})
+
+
+def test_rolling_friction_below_the_static_one_counts():
+    config = small()
+    material = {**config["material"], "static_friction": 0.31, "rolling_friction": 0.3}
+    assert as_simulated(material, config, "repose") == material
+    assert outcome(config, "repose", material) != outcome(config, "repose", {**material, "rolling_friction": 0.62})
+
+
+@pytest.mark.parametrize("experiment", ["repose", "shear"])
+def test_with_rolling_friction_just_the_static_one_grains_do_the_same_to_rounding(experiment):
+    config = small()
+    material = {**config["material"], **SLIDING, "rolling_friction": 0.1}
+    simulated = as_simulated(material, config, experiment)
+    assert simulated["rolling_friction"] == 0.2
+    (one, n_steps), (other, n_others) = (outcome(config, experiment, each) for each in (material, simulated))
+    assert n_steps == n_others
+    for a, b in zip(one[::3], other[::3], strict=True):
+        np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-6 * material["radius_m"])
+
+
+def test_points_that_share_a_simulation_keep_their_rows():
+    rows = design_rows(CONFIG)
+    frictionless = [row for row in rows if row["static_friction"] == 0.0 and row["experiment"] == "repose"]
+    assert sorted(row["rolling_friction"] for row in frictionless) == [0.0, 0.05, 0.1, 0.2, 0.3]
+    assert len({row["point_id"] for row in frictionless}) == 5
+    (name,) = {row["simulation_id"] for row in frictionless}
+    assert simulations(CONFIG, rows)[name]["rolling_friction"] == 0.0
+
+
+def test_what_is_simulated_does_not_depend_on_the_row_that_asks_for_it():
+    rows = design_rows(CONFIG)
+    assert simulations(CONFIG, rows) == simulations(CONFIG, rows[::-1])
