@@ -11,9 +11,9 @@ rule simulate_repose:
         timing=f"{RESULTS}/sims/repose/{{batch}}/timing.json",
     log:
         f"{LOGS}/repose/{{batch}}.log",
-    threads: 1
     # the long jobs first, so that at the end no core waits for one of them
     priority: 1
+    threads: 1
     resources:
         checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
         runtime=batch_runtime("repose"),
