@@ -2,6 +2,8 @@
 
 import json
 import os
+import subprocess
+import sys
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -203,3 +205,11 @@ def test_the_cost_model_is_compared_with_what_simulations_took(results, tmp_path
         finish(results, "repose", name, seconds=seconds)
     text = status.report("study", tmp_path, NOW)
     assert text.endswith("Expected over measured time, median (8 of 10 lie within): heaps 1.00 (0.50 to 2.00).")
+
+
+def test_a_reader_that_closes_the_pipe_is_no_fault():
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run([sys.executable, status.__file__, "--help"], stdout=write, stderr=subprocess.PIPE, check=False)
+    os.close(write)
+    assert done.stderr == b""

@@ -8,6 +8,7 @@ Whether a changed configuration would run it again, only `snakemake -n all` know
 import argparse
 import json
 import re
+import signal
 import time
 from collections import Counter
 from pathlib import Path
@@ -243,4 +244,5 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # a reader that has seen enough, as `head`, is no fault
     main()
