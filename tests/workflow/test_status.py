@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 
@@ -212,4 +213,4 @@ def test_a_reader_that_closes_the_pipe_is_no_fault():
     os.close(read)
     done = subprocess.run([sys.executable, status.__file__, "--help"], stdout=write, stderr=subprocess.PIPE, check=False)
     os.close(write)
-    assert done.stderr == b""
+    assert (done.returncode, done.stderr) == (-signal.SIGPIPE, b"")
