@@ -1,5 +1,6 @@
 """The whole workflow, end to end, on the smoke study, and what is run again after each kind of change."""
 
+import math
 import re
 import resource
 import shutil
@@ -212,10 +213,13 @@ def test_another_round_goes_on_from_the_last(project):
 
 
 def test_hidden_soils_are_found_again(finished):
-    """The scaled-down twins, and all simulated points as twins, lie in their 95 % regions, which are smaller than the design.
+    """The scaled-down twins, and all simulated points as twins, lie in their 95 % regions; these are smaller than the design.
 
     A right method leaves one soil in twenty outside. Two of three inside, and four fifths of 15 and more, are what it gives in
-    99 of 100 campaigns.
+    99 of 100 campaigns. How much of the design a posterior still fills, by the root of its covariance's determinant over that of
+    a flat one, was on average of the three 0.37 with a standard deviation of 0.14 over 15 studies of other seeds or last digits.
+    It is largest, up to 0.66, where both heaps of the base set are flat by a hair, as they are here. A likelihood that says nothing
+    gave 0.98.
     """
     twins = pd.read_parquet(finished / "results" / "smoke" / "twins.parquet")
     assert twins["twin"].unique().tolist() == ["fine", "medium", "coarse"]
@@ -226,11 +230,15 @@ def test_hidden_soils_are_found_again(finished):
     grid = pd.read_parquet(finished / "results" / "smoke" / "rounds" / "0" / "residuals.parquet")
     for variable, rows in twins.groupby("variable"):
         assert not set(rows["truth"]) & set(grid[variable]), "the fit has seen the truth"
-    widths = [
-        (row.high_95 - row.low_95) / np.ptp(grid[row.variable]) for row in twins[["variable", "low_95", "high_95"]].itertuples()
+    posterior = pd.read_parquet(finished / "results" / "smoke" / "posterior.parquet")
+    variables = twins["variable"].unique().tolist()
+    filled = [
+        math.sqrt(np.linalg.det((samples[variables] / np.ptp(grid[variables], axis=0)).cov() * 12.0))
+        for twin, samples in posterior.groupby("case")
+        if twin in set(twins["twin"])
     ]
-    assert len(widths) == 9
-    assert np.mean(widths) < 0.93  # knowing nothing but the design, they would be 0.95 each
+    assert len(filled) == 3
+    assert np.mean(filled) < 0.8
 
 
 def test_optima_are_verified_with_seeds_that_no_fit_has_seen(finished):
