@@ -5,7 +5,7 @@ grid variables. Screening: one parameter changed at a time. Check: a few points 
 to be found again. Simulations that several of these need are made once and carry all their purposes.
 
 A simulation's identifier is a hash of what is simulated, not of its place in the table: adding a value, a seed or a stress leaves
-all other identifiers, and so their results, as they are. Points whose grains behave alike to the last bit share a simulation (see
+all other identifiers, and so their results, as they are. Points whose grains can only slide share a simulation (see
 `as_simulated`); each has its own row.
 """
 
