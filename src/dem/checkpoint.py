@@ -131,10 +131,11 @@ def restored(description: dict, arrays: dict[str, np.ndarray]) -> Simulation:
     grains = GrainArrays(*(arrays[f"grains.{name}"] for name in GrainArrays._fields))
     simulation._allocate(grains, arrays["material"], arrays["ids"])
     for name, names in LISTS.items():
-        lists = simulation._new_lists(simulation.n_grains, *description["rooms"][name])
+        begin = arrays[f"{name}.begin"]
+        lists = simulation._new_lists(simulation.n_grains, *description["rooms"][name], len(begin) - 1)
         for attribute, value in zip(names, lists, strict=True):
             setattr(simulation, attribute, value)
-        lists[2].begin[:] = arrays[f"{name}.begin"]
+        lists[2].begin[:] = begin
         outer, used = lists[0], len(arrays[f"{name}.partner"])
         for field in ("row", "order", "slab"):
             getattr(outer, field)[:] = arrays[f"{name}.{field}"]

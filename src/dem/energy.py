@@ -41,6 +41,7 @@ from dem.layout import (
     RADIUS,
     RESIST,
     ROWS,
+    SPEEDS,
     UX,
     VX,
     GrainArrays,
@@ -264,7 +265,7 @@ def book_grains(grains, loads, gravity, dt, mean, entries):
     """
     for k in range(grains.place.shape[0] // PLACE):
         o, i, a = k * PLACE, k * MOTION, k * LOAD
-        for t in range(2 * 3):
+        for t in SPEEDS:
             mean.motion[i + t] = grains.motion[i + t]
         if grains.remainder[i + INVERSE_MASS] == 0.0:
             continue
@@ -305,10 +306,11 @@ def note_step(grains, period, frequency, contacts, walls, wall_contacts, constan
             contacts.first, contacts.second, contacts.block, contacts.common, contacts.alike[0] == 1, contacts.begin[s],
             contacts.count[s], None, grains, period, frequency, ledger.pairs, entries, constants, type_c,
         )  # fmt: skip
-    note_contacts(
-        wall_contacts.first, wall_contacts.second, wall_contacts.block, wall_contacts.common, False, 0, wall_contacts.count[0],
-        walls, grains, period, frequency, ledger.walls, entries, constants, type_c,
-    )  # fmt: skip
+    for w in range(walls.kind.shape[0]):
+        note_contacts(
+            wall_contacts.first, wall_contacts.second, wall_contacts.block, wall_contacts.common, False, wall_contacts.begin[w],
+            wall_contacts.count[w], walls, grains, period, frequency, ledger.walls, entries, constants, type_c,
+        )  # fmt: skip
 
 
 @jit
@@ -318,8 +320,9 @@ def book_step(grains, loads, contacts, walls, wall_contacts, gravity, dt, ledger
     book_grains(grains, loads, gravity, dt, mean, entries)
     for s in range(SLABS):
         book_contacts(contacts.first, contacts.second, contacts.begin[s], contacts.count[s], None, mean, ledger.pairs, entries, dt)
-    book_contacts(wall_contacts.first, wall_contacts.second, 0, wall_contacts.count[0], walls, mean, ledger.walls, entries, dt)
     for w in range(walls.kind.shape[0]):
+        some = wall_contacts.begin[w], wall_contacts.count[w]
+        book_contacts(wall_contacts.first, wall_contacts.second, *some, walls, mean, ledger.walls, entries, dt)
         for t in range(3):
             entries[WORK_OF_WALLS] -= walls.force[w, t] * walls.velocity[w, t] * dt
 

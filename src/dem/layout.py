@@ -3,12 +3,12 @@
 All arrays are one-dimensional with constant offsets: LLVM then proves that rows do not overlap and vectorises to full width.
 
 place record (float64, PLACE values each): position, radius.
-motion record (contact precision, MOTION values each): velocity, spin velocity u = radius x angular velocity, two zeros. Using u
+motion record (contact precision, MOTION values each): velocity, zero, spin velocity u = radius x angular velocity, zero. Using u
     instead of the angular velocity makes every torque equation independent of the grain's radius: (2/5) m du/dt = Q, with
     Q = torque / radius. Contacts and places see this velocity.
 remainder record (contact precision, MOTION values each): what the motion record had to round off, to be added at the next step;
-    inverse mass, gravity flag (1 free, 0 carried by a wall).
-load record (contact precision, LOAD values each): force, Q, rolling resistance (the largest |Q| that opposes spin).
+    instead of the zeros inverse mass and gravity flag (1 free, 0 carried by a wall).
+load record (contact precision, LOAD values each): force, zero, Q, rolling resistance (the largest |Q| that opposes spin).
 material pairs (float64, one row of five per ordered pair): see PAIR_E and its neighbours.
 contact block (contact precision, BLOCK contacts per block, ROWS rows of BLOCK values): pair constants and contact history; where
     all grains are alike, one block of constants serves all contacts.
@@ -25,10 +25,13 @@ PLACE = 4
 X, Y, Z, RADIUS = range(PLACE)
 
 MOTION = 8
-VX, VY, VZ, UX, UY, UZ, INVERSE_MASS, FREE = range(MOTION)
+VX, VY, VZ, INVERSE_MASS, UX, UY, UZ, FREE = range(MOTION)
+#: Where a motion record's velocity and spin velocity stand.
+SPEEDS = (VX, VY, VZ, UX, UY, UZ)
 
 LOAD = 8
-FX, FY, FZ, QX, QY, QZ, RESIST = range(7)
+FX, FY, FZ = range(3)
+QX, QY, QZ, RESIST = range(4, LOAD)
 
 ROWS = 16
 INV_R_SUM, K_N, C_N, K_T, C_T, MU_S, MU_R, R_STAR, INV_R_I, INV_R_J = range(10)
@@ -37,11 +40,12 @@ N_HISTORY = 6
 
 #: Rows of the work buffer. On entry to the contact stage: separation (0-2), R_sum^2 - d^2 (3), relative velocity (4-6),
 #: u_i + u_j (7-9), u_i - u_j (10-12, type C only). On leaving: force on i, Q on j (type C), Q on i, rolling resistance.
-BUFFER = 17
+BUFFER = 18
 FORCE, TWIST_J, TWIST, RESISTANCE = 4, 10, 13, 16
-#: Between the loops of the contact stage: unit normal (0-2), tangential stiffness (3), relative velocity of the surfaces or the
-#: tangential force that it makes (4-6), and these.
-D_T, ARM, NORMAL = 13, 14, 16
+#: Between the loops of the contact stage: lever arm over the grain's radius, d / R_sum along the normal (0-2), tangential stiffness
+#: (3), relative velocity of the surfaces (4-6), and these: tangential damping, normal force over the lever arm and as it is. The
+#: arm's inverse square stays for type C.
+D_T, PUSH, NORMAL, INV_ARM2 = 13, 14, 15, 17
 
 #: Columns of the table of material pairs: E* and G* (Pa), dashpot ratio, static and rolling friction.
 PAIR_E, PAIR_G, PAIR_BETA, PAIR_MU_S, PAIR_MU_R = range(5)

@@ -18,9 +18,9 @@ from dem.neighbours import (
     frequencies,
     is_sound,
     prune_walls,
-    save_slab,
+    save_walls,
 )
-from dem.walls import end_of_run, move_walls, push, separate
+from dem.walls import move_walls, push, separate
 
 #: A bound that stands for lists that must be remade (m; finite, because kernels may assume that no value is infinite).
 LISTS_STALE = 1e30
@@ -50,7 +50,7 @@ class OuterList(NamedTuple):
 class Contacts(NamedTuple):
     """The inner list: grain i, grain or wall j, entry of the outer list, and the contact blocks.
 
-    Slab s has count[s] contacts from begin[s] on; the contacts with walls are all in slab 0.
+    Slab s (in the list for walls: wall s) has count[s] contacts from begin[s] on.
     alike (1,): whether all contacts have the pair constants in `common`, and those in the blocks are not used.
     """
 
@@ -87,28 +87,20 @@ class Constants(NamedTuple):
 def wall_forces(grains, loads, walls, contacts, buffer, places, constants, options):
     """Loads of all grain-wall contacts; `walls.force` is set to this step's forces of the grains on each wall.
 
-    The contacts stand wall by wall. places : (4 BLOCK,) float64, scratch.
+    places : (4 BLOCK,) float64, scratch.
     """
     walls.force[:] = 0.0
-    m = contacts.count[0]
-    for k0 in range(0, m, BLOCK):
-        n = min(k0 + BLOCK, m) - k0
-        first = contacts.first[k0 : k0 + n]
-        second = contacts.second[k0 : k0 + n]
-        begin = 0
-        while begin < n:
-            end, w = end_of_run(second, begin, n), second[begin]
-            some = first[begin:end]
-            slabs.gather_at_wall(grains, walls.velocity[w], some, end - begin, buffer[begin:], places[begin:], options)
-            separate(walls, w, places[begin:], end - begin, buffer[begin:])
-            begin = end
-        slabs.contact_loads(n, k0, buffer, contacts, constants, options)
-        slabs.scatter_at_wall(loads, first, n, buffer, options)
-        begin = 0
-        while begin < n:
-            end = end_of_run(second, begin, n)
-            push(walls, second[begin], end - begin, buffer[begin:])
-            begin = end
+    for w in range(walls.kind.shape[0]):
+        k, end = contacts.begin[w], contacts.begin[w] + contacts.count[w]
+        while k < end:
+            n = min(end, (k // BLOCK + 1) * BLOCK) - k
+            first = contacts.first[k : k + n]
+            slabs.gather_at_wall(grains, walls.velocity[w], first, n, buffer, places, options)
+            separate(walls, w, places, n, buffer)
+            slabs.contact_loads(n, k, buffer, contacts, constants, options)
+            slabs.scatter_at_wall(loads, first, n, buffer, options)
+            push(walls, w, n, buffer)
+            k += n
 
 
 @jit
@@ -187,7 +179,7 @@ def refresh_lists(
         slabs.save(contacts, pair_list.history)
     else:
         slabs.save_threads(contacts, pair_list.history)
-    save_slab(0, wall_contacts, wall_pairs.history)
+    save_walls(wall_contacts, wall_pairs.history)
     if 2.0 * list_age[0] + reach > skin and list_age[0] < LISTS_STALE:
         list_age[0] = max(farthest(grains, origin), list_age[1])  # the bound adds up the fastest grain of every step
     if 2.0 * list_age[0] + reach > skin:
@@ -313,7 +305,7 @@ def advance(
             reason = BLEW_UP
             break
     slabs.save(contacts, pair_list.history)
-    save_slab(0, wall_contacts, wall_pairs.history)
+    save_walls(wall_contacts, wall_pairs.history)
     list_age[0] += travel
     mean_force /= max(done, 1)
     return reason, done, n_rebuilds, n_prunings

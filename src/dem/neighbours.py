@@ -50,6 +50,9 @@ GRAINS_PER_SLAB = 2000
 #: Neighbouring contacts in a block should not share a grain, or their scatters wait for each other.
 STRIDE = 16
 
+#: The contacts of each wall begin at a multiple of this, at a cache line of float32: no vector of them straddles two.
+LINE = 16
+
 
 @strict_jit
 def is_sound(grains):
@@ -471,8 +474,14 @@ def prune_walls(grains, walls, outer, reach, contacts, pair_table, n_materials, 
     """Copy every outer wall entry closer than r_i + reach into contact blocks, wall by wall."""
     n = outer.row.shape[0]
     n_walls = walls.kind.shape[0]
-    start = np.zeros(n_walls + 1, np.int64)
+    begin, count = contacts.begin, contacts.count
     for step in range(2):  # first count the contacts of every wall, then put them where the counts say
+        if step == 1:
+            total = 0
+            for w in range(n_walls):
+                begin[w] = total
+                total += (count[w] + LINE - 1) // LINE * LINE
+        count[:] = 0
         for i in range(n):
             near = grains.place[PLACE * i + RADIUS] + reach
             for k in range(outer.row[i, 0], outer.row[i, 1]):
@@ -480,22 +489,19 @@ def prune_walls(grains, walls, outer, reach, contacts, pair_table, n_materials, 
                 x, y, z = wall_separation(grains.place, PLACE * i, walls, w)
                 if x * x + y * y + z * z < near * near:
                     if step == 1:
-                        m = start[w]
+                        m = begin[w] + count[w]
                         contacts.first[m] = i
                         contacts.second[m] = w
                         contacts.slot[m] = k
-                    start[w] += 1
-        if step == 0:
-            total = 0
-            for w in range(n_walls):
-                total, start[w] = total + start[w], total
-    for q in range(total):
-        i = contacts.first[q]
-        pair = pair_table[material[i] * n_materials + walls.material[contacts.second[q]]]
-        load_constants(contacts.block, q, pair, grains.place[PLACE * i + RADIUS], 0.0, grains.remainder[MOTION * i + INVERSE_MASS])
-        load_history(contacts.block, q, outer.history[contacts.slot[q]])
+                    count[w] += 1
+    for w in range(n_walls):
+        for q in range(begin[w], begin[w] + count[w]):
+            i = contacts.first[q]
+            pair = pair_table[material[i] * n_materials + walls.material[w]]
+            inverse_mass = grains.remainder[MOTION * i + INVERSE_MASS]
+            load_constants(contacts.block, q, pair, grains.place[PLACE * i + RADIUS], 0.0, inverse_mass)
+            load_history(contacts.block, q, outer.history[contacts.slot[q]])
     finish_blocks(contacts.block, total)
-    contacts.count[0] = total
 
 
 @lean_jit
@@ -562,3 +568,10 @@ def save_slab(s, contacts, history):
         for t in range(N_HISTORY):
             history[contacts.slot[q], t] = contacts.block[e + (HISTORY + t) * BLOCK]
     contacts.count[s] = 0
+
+
+@lean_jit
+def save_walls(contacts, history):
+    """As `save_slab`, for the contacts with all walls."""
+    for w in range(contacts.count.shape[0]):
+        save_slab(w, contacts, history)

@@ -7,7 +7,7 @@ import numpy as np
 
 from dem.jit import lean_jit
 from dem.layout import BLOCK as B
-from dem.layout import FORCE, LOAD, MOTION, PLACE, QX, RADIUS, RESIST, RESISTANCE, TWIST, TWIST_J, UX, UY, UZ, VX, VY, VZ, U
+from dem.layout import FORCE, LOAD, MOTION, PLACE, QX, QY, QZ, RADIUS, RESIST, RESISTANCE, TWIST, TWIST_J, UX, UY, UZ, VX, VY, VZ, U
 from dem.neighbours import nearest_image
 
 
@@ -115,17 +115,17 @@ def scatter_pairs(loads, first, second, n, b):
         loads[i] += fx
         loads[i + U[1]] += fy
         loads[i + U[2]] += fz
-        loads[i + U[3]] += qx
-        loads[i + U[4]] += qy
-        loads[i + U[5]] += qz
-        loads[i + U[6]] += resist
+        loads[i + U[QX]] += qx
+        loads[i + U[QY]] += qy
+        loads[i + U[QZ]] += qz
+        loads[i + U[RESIST]] += resist
         loads[j] -= fx
         loads[j + U[1]] -= fy
         loads[j + U[2]] -= fz
-        loads[j + U[3]] += qx
-        loads[j + U[4]] += qy
-        loads[j + U[5]] += qz
-        loads[j + U[6]] += resist
+        loads[j + U[QX]] += qx
+        loads[j + U[QY]] += qy
+        loads[j + U[QZ]] += qz
+        loads[j + U[RESIST]] += resist
 
 
 @lean_jit

@@ -26,13 +26,14 @@ from dem.layout import (
     PLACE,
     RADIUS,
     ROWS,
+    SPEEDS,
     UX,
     VX,
     GrainArrays,
     aligned_zeros,
 )
 from dem.material import DAMPING_MODELS, Interaction, Material, pair_constants, require
-from dem.neighbours import GRAINS_PER_SLAB, SLABS, cell_size, deepest_overlap, is_sound, sort_into_cells
+from dem.neighbours import GRAINS_PER_SLAB, LINE, SLABS, cell_size, deepest_overlap, is_sound, sort_into_cells
 from dem.slabs import GROUPS
 from dem.timestep import stable_time_step
 from dem.walls import Wall, distance_to, from_arrays, to_arrays
@@ -194,6 +195,7 @@ class Simulation:
             self._wall_definitions[w] = from_arrays(definition, self._walls, w)
         self._wall_definitions.append(wall)
         self._walls = to_arrays(self._wall_definitions, self._material_index)
+        self._wall_contacts = self._new_contacts(*self._wall_room(len(self._wall_pairs.partner)))
         self._list_age[0] = loop.LISTS_STALE
 
     def remove_wall(self, name: str) -> None:
@@ -279,7 +281,7 @@ class Simulation:
         place, motion, remainder = np.zeros((n, PLACE)), np.zeros((n, MOTION)), np.zeros((n, MOTION))
         place[:, 0:3], place[:, RADIUS] = positions, radii
         motion[:, VX : VX + 3], motion[:, UX : UX + 3] = velocities, spins * radii[:, None]
-        remainder[:, : UX + 3] = (motion - motion.astype(self._type))[:, : UX + 3]
+        remainder[:, SPEEDS] = (motion - motion.astype(self._type))[:, SPEEDS]
         mass = self.materials[material].density_kg_m3 * 4.0 / 3.0 * np.pi * radii**3
         remainder[:, INVERSE_MASS], remainder[:, FREE] = 1.0 / mass, 1.0
         new = GrainArrays(place, motion, remainder)
@@ -326,7 +328,7 @@ class Simulation:
     @property
     def _velocities(self) -> np.ndarray:
         """Velocities and spin velocities (n, 6), a copy in float64."""
-        return (self._grains.motion.astype(float) + self._grains.remainder).reshape(-1, MOTION)[:, : UX + 3]
+        return (self._grains.motion.astype(float) + self._grains.remainder).reshape(-1, MOTION)[:, SPEEDS]
 
     @property
     def _inverse_masses(self) -> np.ndarray:
@@ -349,14 +351,14 @@ class Simulation:
         self._material, self._ids = material, ids
         self._loads = aligned_zeros(n * LOAD, self._type, 3)
         capacity = int(n * PAIRS_PER_GRAIN) + 64
-        self._pairs, self._spare, self._contacts = self._new_lists(n, capacity, contact_room(n, CONTACT_SHARE * capacity))
+        self._pairs, self._spare, self._contacts = self._new_lists(n, capacity, contact_room(n, CONTACT_SHARE * capacity), SLABS)
         capacity = int(n * WALL_PAIRS_PER_GRAIN) + 64
-        self._wall_pairs, self._wall_spare, self._wall_contacts = self._new_lists(n, capacity, contact_room(n, capacity))
+        self._wall_pairs, self._wall_spare, self._wall_contacts = self._new_lists(n, capacity, *self._wall_room(capacity))
         self._origin = np.zeros((n, 3))
         self._list_age = np.full(2, loop.LISTS_STALE)
 
-    def _new_lists(self, n, capacity, room):
-        """Outer list, its spare, and contacts: room for so many entries and contacts."""
+    def _new_lists(self, n, capacity, room, n_parts):
+        """Outer list and its spare, room for so many entries; contacts as `_new_contacts`."""
         lists = [
             loop.OuterList(
                 row=np.zeros((n, 2), np.int64),
@@ -367,18 +369,27 @@ class Simulation:
             )
             for _ in range(2)
         ]
+        return (*lists, self._new_contacts(room, n_parts))
+
+    def _new_contacts(self, room, n_parts):
+        """Room for so many contacts, in so many slabs or with so many walls."""
         contacts = loop.Contacts(
             first=np.zeros(room, np.int32),
             second=np.zeros(room, np.int32),
             slot=np.zeros(room, np.int32),
             block=aligned_zeros(room * ROWS, self._type),
-            begin=np.zeros(SLABS + 1, np.int64),
-            count=np.zeros(SLABS, np.int64),
+            begin=np.zeros(n_parts + 1, np.int64),
+            count=np.zeros(n_parts, np.int64),
             common=aligned_zeros(HISTORY * BLOCK, self._type),
             alike=np.zeros(1, np.int64),
         )
-        contacts.begin[SLABS] = room
-        return (*lists, contacts)
+        contacts.begin[n_parts] = room
+        return contacts
+
+    def _wall_room(self, capacity):
+        """Room for the contacts of an outer list of so many entries with the walls that there are, and the number of walls."""
+        n_walls = len(self._wall_definitions)
+        return contact_room(0, capacity + LINE * n_walls), n_walls
 
     def _lengthen(self, reason):
         """Give the list that was too short more room, so that the run can go on."""
@@ -386,14 +397,14 @@ class Simulation:
         if reason == loop.WALL_PAIRS_FULL:
             old = self._wall_pairs
             capacity = int(1.5 * len(old.partner)) + 128
-            lists = self._new_lists(self.n_grains, capacity, contact_room(self.n_grains, capacity))
+            lists = self._new_lists(self.n_grains, capacity, *self._wall_room(capacity))
             self._wall_pairs, self._wall_spare, self._wall_contacts = lists
             loop.copy_list(old, self._wall_pairs)
             return
         old, capacity, room = self._pairs, len(self._pairs.partner), len(self._contacts.first)
         if reason == loop.PAIRS_FULL:
             capacity = int(1.3 * capacity) + 128
-        lists = self._new_lists(self.n_grains, capacity, contact_room(self.n_grains, 1.3 * room))
+        lists = self._new_lists(self.n_grains, capacity, contact_room(self.n_grains, 1.3 * room), SLABS)
         self._pairs, self._spare, self._contacts = lists
         loop.copy_list(old, self._pairs)
 
@@ -521,7 +532,7 @@ class Simulation:
         velocities = self._velocities
         if not (np.isfinite(velocities).all() and np.isfinite(self._places).all()):
             raise SimulationError(f"blew up: a grain's state is not finite after t = {self.time_s:.4g} s")
-        speed = np.linalg.norm(velocities[:, VX : VX + 3], axis=1)
+        speed = np.linalg.norm(velocities[:, :3], axis=1)
         k = int(np.argmax(speed))
         raise SimulationError(
             f"blew up: grain {k} moves at {speed[k]:.3g} m/s after t = {self.time_s:.4g} s, "
@@ -573,7 +584,7 @@ class Simulation:
         order = np.argsort(self._ids)
         places, velocities = self._places[order], self._velocities[order]
         radii = places[:, RADIUS].copy()
-        return Grains(places[:, 0:3].copy(), velocities[:, VX : VX + 3].copy(), velocities[:, UX : UX + 3] / radii[:, None], radii)
+        return Grains(places[:, 0:3].copy(), velocities[:, :3].copy(), velocities[:, 3:] / radii[:, None], radii)
 
     @property
     def top_m(self) -> float:

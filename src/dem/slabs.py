@@ -72,9 +72,10 @@ def scatter_at_wall(loads, first, n, buffer, options):
 
 @lean_jit
 def contact_loads(n, k0, buffer, contacts, constants, options):
-    """Turn the work buffer's separations and velocities into loads of the n contacts from number k0 on."""
-    c = contacts.common if contacts.alike[0] else contacts.block[k0 * ROWS : (k0 + BLOCK) * ROWS]
-    h = contacts.block[k0 * ROWS + HISTORY * BLOCK : (k0 + BLOCK) * ROWS]
+    """Turn the work buffer's separations and velocities into loads of the n contacts from number k0 on, all in one block."""
+    begin = k0 // BLOCK * ROWS * BLOCK + k0 % BLOCK
+    c = contacts.common if contacts.alike[0] else contacts.block[begin : begin + ROWS * BLOCK]
+    h = contacts.block[begin + HISTORY * BLOCK : begin + ROWS * BLOCK]
     contact_stage(n, buffer, c, h, constants.dt, constants.one, constants.zero, constants.tiny, constants.least)
     if options.elastic_rolling:
         rolling_stage(n, buffer, c, h, constants.dt, constants.one, constants.zero, constants.tiny)

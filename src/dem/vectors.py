@@ -12,9 +12,11 @@ from llvmlite import ir
 
 from dem import motion, pairs
 from dem.jit import cgutils, exact_jit, intrinsic, lean_jit, types
-from dem.layout import BLOCK, FORCE, FREE, INVERSE_MASS, LOAD, MOTION, PLACE, RESIST, RESISTANCE, TWIST, TWIST_J, UX
+from dem.layout import BLOCK, FORCE, FREE, INVERSE_MASS, LOAD, MOTION, PLACE, RESISTANCE, SPEEDS, TWIST, TWIST_J
 
 LANES = 16
+#: So many grains are integrated side by side, in so many groups one after another.
+GROUP, GROUPS_AT_ONCE = 8, 4
 TINY = 1e-30
 
 #: What LLVM may assume of a single operation, where the function around it keeps the order of its sums.
@@ -23,12 +25,14 @@ FAST = ("fast",)
 DOUBLE, INT32, INT64 = ir.DoubleType(), ir.IntType(32), ir.IntType(64)
 BYTES = {"float": 4, "double": 8}
 
-#: What a motion record (v, u, two zeros) becomes in a pair: v_i - v_j, u_i + u_j.
-APPROACH = [-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 0.0, 0.0]
+#: What a motion record (v, zero, u, zero) becomes in a pair: v_i - v_j, u_i + u_j.
+APPROACH = [-1.0, -1.0, -1.0, 0.0, 1.0, 1.0, 1.0, 0.0]
 #: What a place record (x, y, z, radius) becomes: x_i - x_j, r_i + r_j.
 SEPARATION = [-1.0, -1.0, -1.0, 1.0]
-#: A load record (F, Q, resistance) of grain i as grain j feels it.
-REACTION = [-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0, 0.0]
+#: A load record (F, zero, Q, resistance) of grain i as grain j feels it.
+REACTION = [-1.0, -1.0, -1.0, 0.0, 1.0, 1.0, 1.0, 1.0]
+#: What changes a motion record per load, inverse mass and time step: 2/5 m du/dt = Q. The last is the most that brakes the spin.
+KICK = [1.0, 1.0, 1.0, 0.0, 2.5, 2.5, 2.5, -2.5]
 
 
 class Emitter:
@@ -127,9 +131,13 @@ class Emitter:
         low_2, high_2 = unpack(r[2], r[3], 0), unpack(r[2], r[3], 2)
         return [join(low, low_2, 0), join(low, low_2, 2), join(high, high_2, 0), join(high, high_2, 2)]
 
+    def halves_to_lanes(self, records):
+        """8 vectors of 8 -> 4 vectors of 16: of four records element k, of the same element k + 4, and so for the other four."""
+        return self.transpose_lanes([self.concatenate(records[c], records[c + 4]) for c in range(4)])
+
     def records_to_rows(self, records):
         """16 vectors of 8 -> 8 vectors of 16."""
-        halves = [self.transpose_lanes([self.concatenate(e[c], e[c + 4]) for c in range(4)]) for e in (records[:8], records[8:])]
+        halves = [self.halves_to_lanes(e) for e in (records[:8], records[8:])]
 
         def gather(k, lanes):
             return self.pick(
@@ -177,9 +185,15 @@ def emit_gather(e, period=None, frequency=None):
         for x in axes:
             gap = e.fma(e.b.fneg(x), x, gap)
         halves.append([e.narrow(row, element) for row in (*axes, gap)])
-    rows = [e.concatenate(low, high) for low, high in zip(*halves, strict=True)] + e.records_to_rows(approaches)[:6]
+    rows = [e.concatenate(low, high) for low, high in zip(*halves, strict=True)] + speed_rows(e, approaches)
     for r, row in enumerate(rows):
         e.store(buffer, e.at(q, r * BLOCK), row)
+
+
+def speed_rows(e, records):
+    """Velocity and spin velocity of LANES motion records as six rows."""
+    rows = e.records_to_rows(records)
+    return [rows[t] for t in SPEEDS]
 
 
 def emit_gather_rolling(e):
@@ -189,7 +203,7 @@ def emit_gather_rolling(e):
     for c in range(LANES):
         i, j = e.number(first, q, c), e.number(second, q, c)
         differences.append(e.b.fsub(e.record(motion, i, MOTION), e.record(motion, j, MOTION)))
-    for t, row in enumerate(e.records_to_rows(differences)[UX : UX + 3]):
+    for t, row in enumerate(speed_rows(e, differences)[3:]):
         e.store(buffer, e.at(q, (10 + t) * BLOCK), row)
 
 
@@ -197,15 +211,17 @@ def emit_gather_at_wall(e):
     """Emit the gather of LANES grains near a wall; arguments (place, motion, first, velocity, q, b, places)."""
     place, motion, first, q, buffer, places = e.array(0), e.array(1), e.array(2), e.args[4], e.array(5), e.array(6)
     v_wall = e.padded_axes(3)
+    leading = e.narrow(v_wall, buffer[1])
+    rest = e.narrow(e.b.fsub(v_wall, e.widen(leading)), buffer[1])
     centres, approaches = [], []
     for c in range(LANES):
         i = e.number(first, q, c)
         centres.append(e.record(place, i, PLACE))
-        approaches.append(e.narrow(e.b.fsub(e.widen(e.record(motion, i, MOTION)), v_wall), buffer[1]))
+        approaches.append(e.b.fsub(e.b.fsub(e.record(motion, i, MOTION), leading), rest))
     for h in (0, 8):
         for r, row in enumerate(e.places_to_rows(centres[h : h + 8])):
             e.store(places, e.at(q, r * BLOCK + h), row)
-    for r, row in enumerate(e.records_to_rows(approaches)[:6]):
+    for r, row in enumerate(speed_rows(e, approaches)):
         e.store(buffer, e.at(q, (4 + r) * BLOCK), row)
 
 
@@ -216,9 +232,9 @@ def nearest_image(e, x, period, frequency):
 
 def load_records(e, buffer, q, twist):
     """Load records of LANES contacts from slot q on, as vectors of 8; Q stands in row `twist`."""
-    rows = [e.load(buffer, e.at(q, r * BLOCK), LANES) for first in (FORCE, twist) for r in range(first, first + 3)]
-    rows.append(e.load(buffer, e.at(q, RESISTANCE * BLOCK), LANES))
-    return e.rows_to_records([*rows, e.constant([0.0] * LANES, buffer[1])])
+    force, q_rows = ([e.load(buffer, e.at(q, r * BLOCK), LANES) for r in range(first, first + 3)] for first in (FORCE, twist))
+    resistance = e.load(buffer, e.at(q, RESISTANCE * BLOCK), LANES)
+    return e.rows_to_records([*force, e.constant([0.0] * LANES, buffer[1]), *q_rows, resistance])
 
 
 def emit_scatter_at_wall(e):
@@ -327,56 +343,91 @@ def scatter_lanes_at_wall(typing, loads, first, q, b):
 
 
 @intrinsic
-def integrate_lanes(typing, place, motion, remainder, loads, which, gravity, dt, k):
-    """Advance LANES grains, which[k] and the next ones; returns their largest squared speed."""
+def integrate_group(typing, place, motion, remainder, loads, which, gravity, dt, k):
+    """Advance GROUP grains, which[k] and the next ones; returns their largest squared speed."""
 
     def generate(context, builder, signature, args):
-        return emit_integrate(Emitter(context, builder, signature, args))
+        return emit_integrate(Emitter(context, builder, signature, args), 1)
 
     return types.float64(place, motion, remainder, loads, which, gravity, dt, k), generate
 
 
-def emit_integrate(e):
-    """Emit one step of LANES grains; see `dem.motion.integrate`."""
-    place, motion, remainder, loads, which = (e.array(k) for k in range(5))
-    element, k = loads[1], e.args[7]
-    step = spread_scalar(e, e.args[6], MOTION)
-    fall = e.narrow(e.b.fmul(e.padded_axes(5), step), element)
-    kick = e.narrow(e.b.fmul(step, e.constant([1.0, 1.0, 1.0, 2.5, 2.5, 2.5, 2.5, 0.0])), element)
-    nothing = e.constant([0.0] * MOTION, element)
-    numbers = [e.number(which, k, c) for c in range(LANES)]
-    before, changes, rests, unbraked = [], [], [], []
-    for number in numbers:
-        start = e.start(number, LOAD)
-        m, rest, load = e.record(motion, number, MOTION), e.record(remainder, number, MOTION), e.load(loads, start, LOAD)
-        e.store(loads, start, nothing)
-        change = e.fma(e.spread(rest, FREE, MOTION), fall, e.b.fmul(load, e.b.fmul(e.spread(rest, INVERSE_MASS, MOTION), kick)))
-        change = e.b.fadd(change, e.pick(rest, nothing, [0, 1, 2, 3, 4, 5, 8, 8]))
-        before.append(m)
-        rests.append(rest)
-        changes.append(change)
-        unbraked.append(e.pick(e.b.fadd(m, change), change, [0, 1, 2, 3, 4, 5, 8 + RESIST, 7]))
-    rows = e.records_to_rows(unbraked)
-    speed2 = e.b.fmul(rows[0], rows[0])
-    spin2 = e.fma(rows[3], rows[3], e.constant([TINY] * LANES, element))
-    for t in (1, 2):
-        speed2 = e.fma(rows[t], rows[t], speed2)
-        spin2 = e.fma(rows[3 + t], rows[3 + t], spin2)
-    speed = e.call("sqrt", spin2, fast=FAST)
-    share = e.call("minnum", e.b.fdiv(rows[RESIST], speed, flags=FAST), e.constant([1.0] * LANES, element))
-    share = e.b.fneg(share)
-    others = e.constant([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0], element)  # the last but one ends the resistance's way through
-    for c, number in enumerate(numbers):
-        brake = e.pick(e.spread(share, c, MOTION), others, [8, 8, 8, 0, 0, 0, 14, 8])
-        change = e.fma(brake, unbraked[c], changes[c])
-        after = e.b.fadd(before[c], change)
-        rounded_off = e.b.fsub(change, e.b.fsub(after, before[c]))
-        e.store(motion, e.start(number, MOTION), after)
-        e.store(remainder, e.start(number, MOTION), e.pick(rounded_off, rests[c], [0, 1, 2, 3, 4, 5, 14, 15]))
-        way = e.widen(e.pick(after, nothing, [0, 1, 2, 8]))
-        at = e.start(number, PLACE)
-        e.store(place, at, e.fma(way, e.pick(step, step, range(PLACE)), e.load(place, at, PLACE)))
-    return largest(e, speed2)
+@intrinsic
+def integrate_groups(typing, place, motion, remainder, loads, which, gravity, dt, k):
+    """As `integrate_group`, GROUPS_AT_ONCE times."""
+
+    def generate(context, builder, signature, args):
+        return emit_integrate(Emitter(context, builder, signature, args), GROUPS_AT_ONCE)
+
+    return types.float64(place, motion, remainder, loads, which, gravity, dt, k), generate
+
+
+class Advance:
+    """What one step does to GROUP grains after the other; see `dem.motion.integrate`.
+
+    Resistance against spin takes a long chain of operations. So a group's chain begins before the group before it is moved: a
+    processor finds work on the way, and its window of some hundred instructions is too short to find it by itself.
+    """
+
+    def __init__(self, e):
+        self.e = e
+        self.place, self.motion, self.remainder, self.loads, self.which = (e.array(k) for k in range(5))
+        self.element = self.loads[1]
+        step = spread_scalar(e, e.args[6], MOTION)
+        self.fall = e.narrow(e.b.fmul(e.padded_axes(5), step), self.element)
+        self.kick = e.narrow(e.b.fmul(step, e.constant(KICK)), self.element)
+        self.step = e.b.fmul(e.pick(step, step, range(PLACE)), e.constant([1.0, 1.0, 1.0, 0.0]))
+        self.nothing = e.constant([0.0] * MOTION, self.element)
+        self.brake_ends = e.constant([0.0] * (MOTION - 1) + [-1.0], self.element)  # the resistance's way through
+        self.fastest2 = e.constant([0.0] * LANES, self.element)
+
+    def pull(self, g):
+        """Changes of the velocities of group g without resistance, what they become, and the share of spin to take away, negative."""
+        e = self.e
+        numbers = [e.number(self.which, e.args[7], g * GROUP + c) for c in range(GROUP)]
+        changes, unbraked = [], []
+        for number in numbers:
+            rest, load = e.record(self.remainder, number, MOTION), e.record(self.loads, number, LOAD)
+            left = e.pick(rest, self.nothing, [0, 1, 2, 8, 4, 5, 6, 8])
+            left = e.fma(e.spread(rest, FREE, MOTION), self.fall, left)
+            changes.append(e.fma(load, e.b.fmul(e.spread(rest, INVERSE_MASS, MOTION), self.kick), left))
+            unbraked.append(e.b.fadd(e.record(self.motion, number, MOTION), changes[-1]))
+        x, y, z, resist = e.halves_to_lanes(unbraked)  # of v, 0 and of u, resistance
+        speed2 = e.constant([TINY] * LANES, self.element)
+        for axis in (x, y, z):
+            speed2 = e.fma(axis, axis, speed2)
+        share = e.b.fdiv(resist, e.call("sqrt", speed2, fast=FAST), flags=FAST)
+        share = e.call("maxnum", share, e.constant([-1.0] * LANES, self.element), fast=FAST)
+        self.fastest2 = e.call("maxnum", self.fastest2, speed2, fast=FAST)
+        return numbers, changes, unbraked, share
+
+    def move(self, numbers, changes, unbraked, share):
+        """Take the share of spin away, round, move, and clear the loads."""
+        e = self.e
+        for c, number in enumerate(numbers):
+            own = 8 * (c // 4) + 4 + c % 4
+            brake = e.pick(e.spread(share, own, MOTION), self.brake_ends, [8, 8, 8, 8, 0, 0, 0, 15])
+            before, rest = e.record(self.motion, number, MOTION), e.record(self.remainder, number, MOTION)
+            change = e.fma(brake, unbraked[c], changes[c])
+            after = e.b.fadd(before, change)
+            rounded_off = e.b.fsub(change, e.b.fsub(after, before))
+            e.store(self.motion, e.start(number, MOTION), after)
+            e.store(self.remainder, e.start(number, MOTION), e.pick(rounded_off, rest, [0, 1, 2, 11, 4, 5, 6, 15]))
+            e.store(self.loads, e.start(number, LOAD), self.nothing)
+            at = e.start(number, PLACE)
+            way = e.widen(e.pick(after, after, range(PLACE)))
+            e.store(self.place, at, e.fma(way, self.step, e.load(self.place, at, PLACE)))
+
+
+def emit_integrate(e, n_groups):
+    """Emit one step of so many groups of grains."""
+    advance, pulled = Advance(e), []
+    for g in range(n_groups):
+        pulled.append(advance.pull(g))
+        if g:
+            advance.move(*pulled[g - 1])
+    advance.move(*pulled[-1])
+    return largest(e, e.pick(advance.fastest2, advance.fastest2, [0, 1, 2, 3, 8, 9, 10, 11]))
 
 
 def undefined(count):
@@ -465,8 +516,10 @@ def scatter_rolling(loads, first, second, n, b):
 def integrate(grains, loads, which, gravity, dt, zero):
     """As `dem.motion.integrate`."""
     n = which.shape[0]
-    whole = n - n % LANES
+    many, whole = n - n % (GROUP * GROUPS_AT_ONCE), n - n % GROUP
     fastest2 = 0.0
-    for k in range(0, whole, LANES):
-        fastest2 = max(fastest2, integrate_lanes(grains.place, grains.motion, grains.remainder, loads, which, gravity, dt, k))
+    for k in range(0, many, GROUP * GROUPS_AT_ONCE):
+        fastest2 = max(fastest2, integrate_groups(grains.place, grains.motion, grains.remainder, loads, which, gravity, dt, k))
+    for k in range(many, whole, GROUP):
+        fastest2 = max(fastest2, integrate_group(grains.place, grains.motion, grains.remainder, loads, which, gravity, dt, k))
     return max(math.sqrt(fastest2), motion.integrate(grains, loads, which[whole:], gravity, dt, zero))

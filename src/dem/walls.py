@@ -196,15 +196,6 @@ def store(apart, r, q, b):
 
 
 @lean_jit
-def end_of_run(values, begin, n):
-    """Where the run of equal values that begins at `begin` ends."""
-    end = begin + 1
-    while end < n and values[end] == values[begin]:
-        end += 1
-    return end
-
-
-@lean_jit
 def push(walls, w, n, b):
     """Add the reactions of n contacts to wall w."""
     x, y, z = 0.0, 0.0, 0.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dem import motion, pairs, vectors
-from dem.layout import BLOCK, BUFFER, FREE, INVERSE_MASS, LOAD, MOTION, PLACE, RADIUS, UX, VX, GrainArrays, aligned_zeros
+from dem.layout import BLOCK, BUFFER, FREE, INVERSE_MASS, LOAD, MOTION, PLACE, RADIUS, RESIST, SPEEDS, UX, VX, GrainArrays, aligned_zeros
 
 PRECISIONS = [np.float32, np.float64]
 #: Rows of the work buffer that a scatter reads lie among all of them; a gather writes these.
@@ -17,8 +17,8 @@ def random_grains(n, seed, precision):
     place, motion, remainder = (values.reshape(n, -1) for values in grains)
     place[:, :3] = rng.uniform(0, 20e-4, (n, 3))
     place[:, RADIUS] = rng.uniform(0.5e-4, 1e-4, n)
-    motion[:, : UX + 3] = rng.normal(0, 0.1, (n, 6))
-    remainder[:, : UX + 3] = rng.uniform(-0.5, 0.5, (n, 6)) * np.spacing(motion[:, : UX + 3])
+    motion[:, SPEEDS] = rng.normal(0, 0.1, (n, 6))
+    remainder[:, SPEEDS] = rng.uniform(-0.5, 0.5, (n, 6)) * np.spacing(motion[:, SPEEDS])
     remainder[:, INVERSE_MASS] = rng.uniform(1e8, 1e9, n)
     remainder[:, FREE] = 1.0
     remainder[: n // 10, [INVERSE_MASS, FREE]] = 0.0  # carried by a wall
@@ -27,7 +27,7 @@ def random_grains(n, seed, precision):
 
 def velocities(grains):
     """Velocities and spin velocities (n, 6) with all their digits."""
-    return (grains.motion.astype(np.longdouble) + grains.remainder).reshape(-1, MOTION)[:, : UX + 3]
+    return (grains.motion.astype(np.longdouble) + grains.remainder).reshape(-1, MOTION)[:, SPEEDS]
 
 
 def random_pairs(n_grains, n_pairs, seed):
@@ -78,7 +78,7 @@ def test_scatter(name, n_pairs, precision):
     plain, vector = (aligned_zeros(LOAD * 50, precision) for _ in range(2))
     getattr(pairs, name)(plain, first, second, n_pairs, buffer)
     getattr(vectors, name)(vector, first, second, n_pairs, buffer)
-    used = np.arange(LOAD * 50) % LOAD < (LOAD - 1 if name == "scatter_pairs" else LOAD - 2)
+    used = np.arange(LOAD * 50) % LOAD < (LOAD if name == "scatter_pairs" else RESIST)
     assert np.abs(plain[used]).max() > 0
     assert close(plain[used], vector[used], precision)
 
@@ -109,18 +109,18 @@ def test_scatter_at_a_wall(n, precision):
     plain, vector = (aligned_zeros(LOAD * 50, precision) for _ in range(2))
     pairs.scatter_at_wall(plain, first, n, buffer)
     vectors.scatter_at_wall(vector, first, n, buffer)
-    used = np.arange(LOAD * 50) % LOAD < LOAD - 1
-    assert np.abs(plain[used]).max() > 0
-    assert close(plain[used], vector[used], precision)
+    assert np.abs(plain).max() > 0
+    assert close(plain, vector, precision)
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize("n", [1, 16, 45])
+@pytest.mark.parametrize("n", [1, 8, 45])
 @pytest.mark.parametrize("force_n", [1e-6, 1e-9])  # stops many a spin; is a rounding of most velocities
 def test_integrate(force_n, n, precision):
     gravity, dt = np.array([1.0, 2.0, -9.81]), 1e-4 * min(1.0, 1e8 * force_n)
     loads = np.random.default_rng(8).normal(0, force_n, LOAD * n).astype(precision)
-    loads[LOAD - 2 :: LOAD] = np.abs(loads[LOAD - 2 :: LOAD])
+    loads[RESIST::LOAD] = np.abs(loads[RESIST::LOAD])
+    loads[3::LOAD] = 0.0
     which = np.random.default_rng(13).permutation(n + 3)[:n]
     others = np.setdiff1d(np.arange(n + 3), which)
     start, loads = random_grains(n + 3, 7, precision), np.resize(loads, LOAD * (n + 3))
@@ -132,8 +132,8 @@ def test_integrate(force_n, n, precision):
         assert (work.reshape(-1, LOAD)[others] == loads.reshape(-1, LOAD)[others]).all()
         for before, after in zip(start, grains, strict=True):
             assert (after.reshape(n + 3, -1)[others] == before.reshape(n + 3, -1)[others]).all()
-        assert (grains.remainder.reshape(-1, MOTION)[:, [INVERSE_MASS, FREE]] == start.remainder.reshape(-1, MOTION)[:, 6:]).all()
-        assert not grains.motion.reshape(-1, MOTION)[:, UX + 3 :].any()
+        assert (grains.remainder.reshape(-1, MOTION)[:, [INVERSE_MASS, FREE]] == start.remainder.reshape(-1, MOTION)[:, [INVERSE_MASS, FREE]]).all()
+        assert not grains.motion.reshape(-1, MOTION)[:, [INVERSE_MASS, FREE]].any()
         results.append((grains, fastest))
     (plain, fastest), (vector, fastest_2) = results
     change = velocities(plain) - velocities(start)

@@ -14,11 +14,11 @@ from dem.contact.mindlin import slip
 from dem.contact.rolling import plastic_factor
 from dem.jit import lean_jit
 from dem.layout import (
-    ARM,
     C_N,
     C_T,
     D_T,
     FORCE,
+    INV_ARM2,
     INV_R_I,
     INV_R_J,
     INV_R_SUM,
@@ -27,6 +27,7 @@ from dem.layout import (
     MU_R,
     MU_S,
     NORMAL,
+    PUSH,
     R_STAR,
     RESISTANCE,
     TWIST,
@@ -39,7 +40,7 @@ from dem.layout import BLOCK as B
 def contact_stage(n, b, c, h, dt, one, zero, tiny, least):
     """Loads of n contacts with type A rolling.
 
-    Three short loops instead of a long one: a processor works on several contacts' chains of operations at a time only while they
+    Two short loops instead of a long one: a processor works on several contacts' chains of operations at a time only while they
     fit into its window.
 
     Parameters
@@ -50,67 +51,69 @@ def contact_stage(n, b, c, h, dt, one, zero, tiny, least):
     """
     normal_loop(n, b, c, one, zero, tiny, least)
     tangential_loop(n, b, c, h, dt, one, zero, tiny)
-    load_loop(n, b, c, zero)
 
 
 @lean_jit
 def normal_loop(n, b, c, one, zero, tiny, least):
-    """Unit normal, relative velocity of the surfaces, stiffness and damping, normal force (zero without touch)."""
+    """Lever arm, relative velocity of the surfaces, stiffness and damping, normal force (zero without touch)."""
     for q in range(n):
-        x = b[q]
-        y = b[B + q]
-        z = b[2 * B + q]
-        gap = b[3 * B + q]
         inv_R_sum = c[INV_R_SUM * B + q]
-        d2 = x * x + y * y + z * z
-        inv_d = one / math.sqrt(d2)
-        arm = d2 * inv_d * inv_R_sum
-        overlap = max(gap * inv_R_sum / (one + arm), tiny)  # from the gap R_sum^2 - d^2, which was rounded only once
+        ax = b[q] * inv_R_sum
+        ay = b[B + q] * inv_R_sum
+        az = b[2 * B + q] * inv_R_sum
+        gap = b[3 * B + q]
+        scaled_gap = gap * inv_R_sum
+        arm2 = one - scaled_gap * inv_R_sum  # from the gap R_sum^2 - d^2, which was rounded only once
+        inv_arm = one / math.sqrt(arm2)
+        inv_arm2 = inv_arm * inv_arm
+        overlap = max(scaled_gap / (one + arm2 * inv_arm), tiny)
         root = math.sqrt(overlap)
         fourth_root = math.sqrt(root)
-        nx = x * inv_d
-        ny = y * inv_d
-        nz = z * inv_d
         vx = b[4 * B + q]
         vy = b[5 * B + q]
         vz = b[6 * B + q]
-        ux = b[7 * B + q] * arm
-        uy = b[8 * B + q] * arm
-        uz = b[9 * B + q] * arm
-        v_n = vx * nx + vy * ny + vz * nz
-        f_n = normal_force(overlap, root, fourth_root, v_n, c[K_N * B + q], c[C_N * B + q], least)
-        b[q] = nx
-        b[B + q] = ny
-        b[2 * B + q] = nz
+        ux = b[7 * B + q]
+        uy = b[8 * B + q]
+        uz = b[9 * B + q]
+        v_a = vx * ax + vy * ay + vz * az
+        f_n = normal_force(overlap, root, fourth_root, v_a * inv_arm, c[K_N * B + q], c[C_N * B + q], least)
+        f_n = f_n if gap > zero else zero
+        away = v_a * inv_arm2
+        b[q] = ax
+        b[B + q] = ay
+        b[2 * B + q] = az
         b[3 * B + q] = c[K_T * B + q] * root
-        b[4 * B + q] = vx - v_n * nx + ny * uz - nz * uy
-        b[5 * B + q] = vy - v_n * ny + nz * ux - nx * uz
-        b[6 * B + q] = vz - v_n * nz + nx * uy - ny * ux
+        b[4 * B + q] = vx - away * ax + ay * uz - az * uy
+        b[5 * B + q] = vy - away * ay + az * ux - ax * uz
+        b[6 * B + q] = vz - away * az + ax * uy - ay * ux
         b[D_T * B + q] = c[C_T * B + q] * fourth_root
-        b[ARM * B + q] = arm
-        b[NORMAL * B + q] = f_n if gap > zero else zero
+        b[INV_ARM2 * B + q] = inv_arm2
+        b[PUSH * B + q] = f_n * inv_arm
+        b[NORMAL * B + q] = f_n
 
 
 @lean_jit
 def tangential_loop(n, b, c, h, dt, one, zero, tiny):
-    """Tangential force of spring and dashpot, in place of the surfaces' velocity."""
+    """Tangential force of spring and dashpot; force, Q and rolling resistance."""
     for q in range(n):
-        nx = b[q]
-        ny = b[B + q]
-        nz = b[2 * B + q]
+        ax = b[q]
+        ay = b[B + q]
+        az = b[2 * B + q]
         S_t = b[3 * B + q]
         tx = b[4 * B + q]
         ty = b[5 * B + q]
         tz = b[6 * B + q]
         D_t = b[D_T * B + q]
-        limit = c[MU_S * B + q] * max(b[NORMAL * B + q], zero)
+        push = b[PUSH * B + q]
+        pressing = max(b[NORMAL * B + q], zero)
+        limit = c[MU_S * B + q] * pressing
         sx = h[q]
         sy = h[B + q]
         sz = h[2 * B + q]
-        s_n = sx * nx + sy * ny + sz * nz
-        sx += tx * dt - s_n * nx
-        sy += ty * dt - s_n * ny
-        sz += tz * dt - s_n * nz
+        turned = (sx * ax + sy * ay + sz * az) * b[INV_ARM2 * B + q]
+        sx += tx * dt - turned * ax
+        sy += ty * dt - turned * ay
+        sz += tz * dt - turned * az
         factor = slip(S_t * S_t * (sx * sx + sy * sy + sz * sz), limit, one, tiny)
         sx *= factor
         sy *= factor
@@ -122,30 +125,16 @@ def tangential_loop(n, b, c, h, dt, one, zero, tiny):
         fy = S_t * sy + D_t * ty
         fz = S_t * sz + D_t * tz
         factor = slip(fx * fx + fy * fy + fz * fz, limit, one, tiny)
-        b[4 * B + q] = fx * factor
-        b[5 * B + q] = fy * factor
-        b[6 * B + q] = fz * factor
-
-
-@lean_jit
-def load_loop(n, b, c, zero):
-    """Force, Q and rolling resistance of normal and tangential force."""
-    for q in range(n):
-        nx = b[q]
-        ny = b[B + q]
-        nz = b[2 * B + q]
-        fx = b[4 * B + q]
-        fy = b[5 * B + q]
-        fz = b[6 * B + q]
-        arm = b[ARM * B + q]
-        f_n = b[NORMAL * B + q]
-        b[FORCE * B + q] = f_n * nx - fx
-        b[(FORCE + 1) * B + q] = f_n * ny - fy
-        b[(FORCE + 2) * B + q] = f_n * nz - fz
-        b[TWIST * B + q] = arm * (ny * fz - nz * fy)
-        b[(TWIST + 1) * B + q] = arm * (nz * fx - nx * fz)
-        b[(TWIST + 2) * B + q] = arm * (nx * fy - ny * fx)
-        b[RESISTANCE * B + q] = max(f_n, zero) * c[MU_R * B + q]
+        fx *= factor
+        fy *= factor
+        fz *= factor
+        b[FORCE * B + q] = push * ax - fx
+        b[(FORCE + 1) * B + q] = push * ay - fy
+        b[(FORCE + 2) * B + q] = push * az - fz
+        b[TWIST * B + q] = ay * fz - az * fy
+        b[(TWIST + 1) * B + q] = az * fx - ax * fz
+        b[(TWIST + 2) * B + q] = ax * fy - ay * fx
+        b[RESISTANCE * B + q] = pressing * c[MU_R * B + q]
 
 
 @lean_jit
@@ -153,9 +142,9 @@ def rolling_stage(n, b, c, h, dt, one, zero, tiny):
     """Elastic-plastic rolling moments of n contacts, after `contact_stage`: type C in place of type A."""
     half = one / (one + one)
     for q in range(n):
-        nx = b[q]
-        ny = b[B + q]
-        nz = b[2 * B + q]
+        ax = b[q]
+        ay = b[B + q]
+        az = b[2 * B + q]
         S_t = b[3 * B + q]
         turn_i = half * dt * c[INV_R_I * B + q]  # of u_i = (sum + difference) / 2
         turn_j = half * dt * c[INV_R_J * B + q]
@@ -163,10 +152,10 @@ def rolling_stage(n, b, c, h, dt, one, zero, tiny):
         wx = b[7 * B + q] * both + b[10 * B + q] * differ + h[3 * B + q]
         wy = b[8 * B + q] * both + b[11 * B + q] * differ + h[4 * B + q]
         wz = b[9 * B + q] * both + b[12 * B + q] * differ + h[5 * B + q]
-        w_n = wx * nx + wy * ny + wz * nz
-        wx -= w_n * nx
-        wy -= w_n * ny
-        wz -= w_n * nz
+        turned = (wx * ax + wy * ay + wz * az) * b[INV_ARM2 * B + q]
+        wx -= turned * ax
+        wy -= turned * ay
+        wz -= turned * az
         R_star = c[R_STAR * B + q]
         limit = b[RESISTANCE * B + q] / (S_t * R_star)  # of the angle: mu_r F_n R* over k_r = S_t R*^2
         factor = plastic_factor(wx * wx + wy * wy + wz * wz, limit, one, tiny)
