@@ -26,7 +26,6 @@ from dem.layout import (
     C_N,
     C_T,
     FREE,
-    HISTORY,
     INV_R_SUM,
     INVERSE_MASS,
     K_N,
@@ -40,7 +39,6 @@ from dem.layout import (
     R_STAR,
     RADIUS,
     RESIST,
-    ROWS,
     SPEEDS,
     UX,
     VX,
@@ -93,22 +91,20 @@ class Ledger(NamedTuple):
 
 
 @jit
-def note_contacts(
-    first, second, block, common, alike, begin, count, walls, grains, period, frequency, notes, entries, constants, type_c
-):
-    """Evaluate the laws of contacts begin to begin + count at the grains' state, before the kernels change their history.
+def note_contacts(contacts, s, walls, grains, period, frequency, notes, entries, constants, type_c):
+    """Evaluate the laws of the contacts of slab or wall s at the grains' state, before the kernels change their history.
 
     walls : None for contacts between grains. Sets `notes` and adds the springs' energies to `entries`; elongations before the
     step are those that are left after turning with the normal.
     """
     dt = float(constants.dt)
-    for k in range(begin, begin + count):
+    first, second = contacts.first, contacts.second
+    for k in range(contacts.begin[s], contacts.begin[s] + contacts.count[s]):
         note = notes[k]
         note[:] = 0.0
         q = k % BLOCK
-        e = (k // BLOCK) * ROWS * BLOCK + q
-        c = common[q:] if alike else block[e:]
-        h = block[e + HISTORY * BLOCK :]
+        c = contacts.common[0, q:] if contacts.alike[0] else contacts.constants[k // BLOCK, q:]
+        h = contacts.history[k // BLOCK, q:]
         i = first[k]
         R_j = 0.0
         nx, ny, nz = separation(grains, i, second[k], walls, period, frequency)
@@ -170,12 +166,13 @@ def note_rolling(note, c, h, S_t, push, nx, ny, nz, turning, dt, entries):
 
 
 @jit
-def book_contacts(first, second, begin, count, walls, mean, notes, entries, dt):
-    """Book what the dashpots and sliding and rolling contacts lose in this step.
+def book_contacts(contacts, s, walls, mean, notes, entries, dt):
+    """Of the contacts of slab or wall s, book what the dashpots and sliding and rolling contacts lose in this step.
 
     mean : the grains with mean velocities, in float64.
     """
-    for k in range(begin, begin + count):
+    first, second = contacts.first, contacts.second
+    for k in range(contacts.begin[s], contacts.begin[s] + contacts.count[s]):
         note = notes[k]
         i = first[k]
         n = note[NORMAL : NORMAL + 3]
@@ -302,15 +299,9 @@ def note_step(grains, period, frequency, contacts, walls, wall_contacts, constan
     entries[SPRINGS_REMADE] -= entries[TANGENTIAL_SPRINGS] + entries[ROLLING_SPRINGS]
     entries[KINETIC : KINETIC_AFTER + 1] = 0.0
     for s in range(SLABS):
-        note_contacts(
-            contacts.first, contacts.second, contacts.block, contacts.common, contacts.alike[0] == 1, contacts.begin[s],
-            contacts.count[s], None, grains, period, frequency, ledger.pairs, entries, constants, type_c,
-        )  # fmt: skip
+        note_contacts(contacts, s, None, grains, period, frequency, ledger.pairs, entries, constants, type_c)
     for w in range(walls.kind.shape[0]):
-        note_contacts(
-            wall_contacts.first, wall_contacts.second, wall_contacts.block, wall_contacts.common, False, wall_contacts.begin[w],
-            wall_contacts.count[w], walls, grains, period, frequency, ledger.walls, entries, constants, type_c,
-        )  # fmt: skip
+        note_contacts(wall_contacts, w, walls, grains, period, frequency, ledger.walls, entries, constants, type_c)
 
 
 @jit
@@ -319,10 +310,9 @@ def book_step(grains, loads, contacts, walls, wall_contacts, gravity, dt, ledger
     mean, entries = GrainArrays(grains.place, np.empty(grains.motion.shape[0]), grains.remainder), ledger.entries
     book_grains(grains, loads, gravity, dt, mean, entries)
     for s in range(SLABS):
-        book_contacts(contacts.first, contacts.second, contacts.begin[s], contacts.count[s], None, mean, ledger.pairs, entries, dt)
+        book_contacts(contacts, s, None, mean, ledger.pairs, entries, dt)
     for w in range(walls.kind.shape[0]):
-        some = wall_contacts.begin[w], wall_contacts.count[w]
-        book_contacts(wall_contacts.first, wall_contacts.second, *some, walls, mean, ledger.walls, entries, dt)
+        book_contacts(wall_contacts, w, walls, mean, ledger.walls, entries, dt)
         for t in range(3):
             entries[WORK_OF_WALLS] -= walls.force[w, t] * walls.velocity[w, t] * dt
 

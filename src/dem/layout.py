@@ -10,8 +10,9 @@ remainder record (contact precision, MOTION values each): what the motion record
     instead of the zeros inverse mass and gravity flag (1 free, 0 carried by a wall).
 load record (contact precision, LOAD values each): force, zero, Q, rolling resistance (the largest |Q| that opposes spin).
 material pairs (float64, one row of five per ordered pair): see PAIR_E and its neighbours.
-contact block (contact precision, BLOCK contacts per block, ROWS rows of BLOCK values): pair constants and contact history; where
-    all grains are alike, one block of constants serves all contacts.
+contact constants (contact precision, one row of CONSTANTS x BLOCK values per block of BLOCK contacts): see INV_R_SUM and its
+    neighbours; where all grains are alike, one block serves all contacts.
+contact history (contact precision, one row of 3 or 6 x BLOCK values per block): tangential spring, with type C rolling spring too.
 work buffer (contact precision, one block): what the gather stage writes, and the loads that the contact stage makes of it.
 """
 
@@ -33,10 +34,8 @@ LOAD = 8
 FX, FY, FZ = range(3)
 QX, QY, QZ, RESIST = range(4, LOAD)
 
-ROWS = 16
-INV_R_SUM, K_N, C_N, K_T, C_T, MU_S, MU_R, R_STAR, INV_R_I, INV_R_J = range(10)
-HISTORY = 10  # three rows: tangential spring; three more: rolling spring (type C)
-N_HISTORY = 6
+CONSTANTS = 10
+INV_R_SUM, K_N, C_N, K_T, C_T, MU_S, MU_R, R_STAR, INV_R_I, INV_R_J = range(CONSTANTS)
 
 #: Rows of the work buffer. On entry to the contact stage: separation (0-2), R_sum^2 - d^2 (3), relative velocity (4-6),
 #: u_i + u_j (7-9), u_i - u_j (10-12, type C only). On leaving: force on i, Q on j (type C), Q on i, rolling resistance.

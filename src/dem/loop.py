@@ -7,7 +7,7 @@ import numpy as np
 
 from dem import energy, slabs
 from dem.jit import jit, lean_jit
-from dem.layout import BLOCK, N_HISTORY, PLACE
+from dem.layout import BLOCK, PLACE
 from dem.motion import carry_glued
 from dem.neighbours import (
     carry_history,
@@ -35,7 +35,7 @@ LEAST_REACH, MOST_REACH = 0.0125, 0.3
 
 
 class OuterList(NamedTuple):
-    """Rows of partners with their contact history: row (n, 2) begin and end, partner (capacity), history (capacity, N_HISTORY).
+    """Rows of partners with their contact history: row (n, 2) begin and end, partner (capacity), history (capacity, 3 or 6).
 
     order (n,) and slab (SLABS + 1,): the grains in cell order and where its slabs begin (pairs only).
     """
@@ -48,16 +48,17 @@ class OuterList(NamedTuple):
 
 
 class Contacts(NamedTuple):
-    """The inner list: grain i, grain or wall j, entry of the outer list, and the contact blocks.
+    """The inner list: grain i, grain or wall j, entry of the outer list, and the blocks of constants and history (see `layout`).
 
     Slab s (in the list for walls: wall s) has count[s] contacts from begin[s] on.
-    alike (1,): whether all contacts have the pair constants in `common`, and those in the blocks are not used.
+    alike (1,): whether all contacts have the pair constants in `common` (1, CONSTANTS x BLOCK), and `constants` are not used.
     """
 
     first: np.ndarray
     second: np.ndarray
     slot: np.ndarray
-    block: np.ndarray
+    constants: np.ndarray
+    history: np.ndarray
     begin: np.ndarray
     count: np.ndarray  # type: ignore[assignment]  # hides a tuple's own count(), which nobody needs here
     common: np.ndarray
@@ -132,8 +133,7 @@ def copy_list(source, target):
     target.slab[:] = source.slab
     for k in range(m):
         target.partner[k] = source.partner[k]
-        for t in range(N_HISTORY):
-            target.history[k, t] = source.history[k, t]
+        target.history[k] = source.history[k]
 
 
 @jit

@@ -15,7 +15,6 @@ from dem.layout import (
     BLOCK,
     C_N,
     C_T,
-    HISTORY,
     INV_R_I,
     INV_R_J,
     INV_R_SUM,
@@ -25,7 +24,6 @@ from dem.layout import (
     MOTION,
     MU_R,
     MU_S,
-    N_HISTORY,
     PAIR_BETA,
     PAIR_E,
     PAIR_G,
@@ -34,7 +32,6 @@ from dem.layout import (
     PLACE,
     R_STAR,
     RADIUS,
-    ROWS,
 )
 from dem.walls import wall_separation
 
@@ -340,8 +337,7 @@ def carry_history(old, new, in_pairs):
     for i in range(new.row.shape[0]):
         for k in range(new.row[i, 0], new.row[i, 1]):
             j = new.partner[k]
-            for t in range(N_HISTORY):
-                new.history[k, t] = 0.0
+            new.history[k] = 0.0
             found = copy_entry(old, i, j, new, k, 1)
             if in_pairs and not found:
                 copy_entry(old, j, i, new, k, -1)
@@ -352,7 +348,7 @@ def copy_entry(old, i, j, new, k, sign):
     """Copy the history of entry (i, j) of the old list, times sign, to entry k of the new; says whether there was one."""
     for q in range(old.row[i, 0], old.row[i, 1]):
         if old.partner[q] == j:
-            for t in range(N_HISTORY):
+            for t in range(new.history.shape[1]):
                 new.history[k, t] = sign * old.history[q, t]
             return True
     return False
@@ -381,17 +377,17 @@ def prune_slab(s, grains, period, frequency, periodic, outer, reach, contacts, p
         interleave(first[k0 : k0 + BLOCK])
         interleave(second[k0 : k0 + BLOCK])
         interleave(slot[k0 : k0 + BLOCK])
-    block = contacts.block[begin * ROWS : end * ROWS]
+    history, constants = contacts.history[begin // BLOCK :], contacts.constants[begin // BLOCK :]
     for q in range(m):
-        load_history(block, q, outer.history[slot[q]])
+        load_history(history, q, outer.history[slot[q]])
     if contacts.alike[0]:
         return
     for q in range(m):
         i, j = first[q], second[q]
         pair = pair_table[material[i] * n_materials + material[j]]
         inverse_masses = grains.remainder[MOTION * i + INVERSE_MASS] + grains.remainder[MOTION * j + INVERSE_MASS]
-        load_constants(block, q, pair, grains.place[PLACE * i + RADIUS], grains.place[PLACE * j + RADIUS], inverse_masses)
-    finish_blocks(block, m)
+        load_constants(constants, q, pair, grains.place[PLACE * i + RADIUS], grains.place[PLACE * j + RADIUS], inverse_masses)
+    finish_blocks(constants, m)
 
 
 @jit
@@ -408,7 +404,7 @@ def common_constants(grains, contacts, pair_table, n_materials, material):
     pair = pair_table[material[0] * n_materials + material[0]]
     for q in range(BLOCK):
         load_constants(contacts.common, q, pair, grains.place[RADIUS], grains.place[RADIUS], 2.0 * grains.remainder[INVERSE_MASS])
-    finish_block(contacts.common, BLOCK)
+    finish_blocks(contacts.common, BLOCK)
     contacts.alike[0] = 1
 
 
@@ -499,41 +495,40 @@ def prune_walls(grains, walls, outer, reach, contacts, pair_table, n_materials, 
             i = contacts.first[q]
             pair = pair_table[material[i] * n_materials + walls.material[w]]
             inverse_mass = grains.remainder[MOTION * i + INVERSE_MASS]
-            load_constants(contacts.block, q, pair, grains.place[PLACE * i + RADIUS], 0.0, inverse_mass)
-            load_history(contacts.block, q, outer.history[contacts.slot[q]])
-    finish_blocks(contacts.block, total)
+            load_constants(contacts.constants, q, pair, grains.place[PLACE * i + RADIUS], 0.0, inverse_mass)
+            load_history(contacts.history, q, outer.history[contacts.slot[q]])
+    finish_blocks(contacts.constants, total)
 
 
 @lean_jit
-def load_constants(block, q, pair, r_i, r_j, inverse_masses):
+def load_constants(constants, q, pair, r_i, r_j, inverse_masses):
     """Raw material of contact q for `finish_blocks`: radii and the sum of the inverse masses.
 
     r_j = 0 stands for a wall (flat, infinitely heavy).
     """
-    e = (q // BLOCK) * ROWS * BLOCK + q % BLOCK
-    block[e + INV_R_I * BLOCK] = r_i
-    block[e + INV_R_J * BLOCK] = r_j
-    block[e + R_STAR * BLOCK] = inverse_masses
-    block[e + K_N * BLOCK] = pair[PAIR_E]
-    block[e + K_T * BLOCK] = pair[PAIR_G]
-    block[e + C_N * BLOCK] = pair[PAIR_BETA]
-    block[e + MU_S * BLOCK] = pair[PAIR_MU_S]
-    block[e + MU_R * BLOCK] = pair[PAIR_MU_R]
+    c, k = constants[q // BLOCK], q % BLOCK
+    c[INV_R_I * BLOCK + k] = r_i
+    c[INV_R_J * BLOCK + k] = r_j
+    c[R_STAR * BLOCK + k] = inverse_masses
+    c[K_N * BLOCK + k] = pair[PAIR_E]
+    c[K_T * BLOCK + k] = pair[PAIR_G]
+    c[C_N * BLOCK + k] = pair[PAIR_BETA]
+    c[MU_S * BLOCK + k] = pair[PAIR_MU_S]
+    c[MU_R * BLOCK + k] = pair[PAIR_MU_R]
 
 
 @lean_jit
-def load_history(block, q, history):
+def load_history(blocks, q, history):
     """Contact history of contact q."""
-    e = (q // BLOCK) * ROWS * BLOCK + q % BLOCK
-    for t in range(N_HISTORY):
-        block[e + (HISTORY + t) * BLOCK] = history[t]
+    for t in range(history.shape[0]):
+        blocks[q // BLOCK, t * BLOCK + q % BLOCK] = history[t]
 
 
 @lean_jit
-def finish_blocks(block, n_contacts):
+def finish_blocks(constants, n_contacts):
     """Turn radii, masses and moduli of all contacts into pair constants, whole blocks at a time."""
     for k0 in range(0, n_contacts, BLOCK):
-        finish_block(block[k0 * ROWS : (k0 + BLOCK) * ROWS], min(BLOCK, n_contacts - k0))
+        finish_block(constants[k0 // BLOCK], min(BLOCK, n_contacts - k0))
 
 
 @lean_jit
@@ -564,9 +559,8 @@ def save_slab(s, contacts, history):
     """Write the contact history of slab s from the blocks back to the outer list, and forget the contacts."""
     begin = contacts.begin[s]
     for q in range(begin, begin + contacts.count[s]):
-        e = (q // BLOCK) * ROWS * BLOCK + q % BLOCK
-        for t in range(N_HISTORY):
-            history[contacts.slot[q], t] = contacts.block[e + (HISTORY + t) * BLOCK]
+        for t in range(history.shape[1]):
+            history[contacts.slot[q], t] = contacts.history[q // BLOCK, t * BLOCK + q % BLOCK]
     contacts.count[s] = 0
 
 

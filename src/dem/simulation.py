@@ -17,15 +17,13 @@ from dem.jit import MAX_THREADS, set_num_threads
 from dem.layout import (
     BLOCK,
     BUFFER,
+    CONSTANTS,
     FREE,
-    HISTORY,
     INVERSE_MASS,
     LOAD,
     MOTION,
-    N_HISTORY,
     PLACE,
     RADIUS,
-    ROWS,
     SPEEDS,
     UX,
     VX,
@@ -156,6 +154,7 @@ class Simulation:
         self._gravity = np.asarray(gravity_m_s2, float)
         self._period = np.asarray(period_m, float)
         self._options = loop.Options(vector_code, rolling_model == "type_c", bool((self._period > 0).any()))
+        self._n_history = 6 if self._options.elastic_rolling else 3
         self._floor = floor_m
         self._entries = np.zeros(len(energy.ENTRIES)) if energy_ledger else None
         self._exchanged_j = 0.0
@@ -363,7 +362,7 @@ class Simulation:
             loop.OuterList(
                 row=np.zeros((n, 2), np.int64),
                 partner=np.zeros(capacity, np.int32),
-                history=np.zeros((capacity, N_HISTORY), self._type),
+                history=np.zeros((capacity, self._n_history), self._type),
                 order=np.zeros(n, np.int64),
                 slab=np.zeros(SLABS + 1, np.int64),
             )
@@ -377,10 +376,11 @@ class Simulation:
             first=np.zeros(room, np.int32),
             second=np.zeros(room, np.int32),
             slot=np.zeros(room, np.int32),
-            block=aligned_zeros(room * ROWS, self._type),
+            constants=aligned_zeros(room * CONSTANTS, self._type).reshape(-1, CONSTANTS * BLOCK),
+            history=aligned_zeros(room * self._n_history, self._type).reshape(-1, self._n_history * BLOCK),
             begin=np.zeros(n_parts + 1, np.int64),
             count=np.zeros(n_parts, np.int64),
-            common=aligned_zeros(HISTORY * BLOCK, self._type),
+            common=aligned_zeros(CONSTANTS * BLOCK, self._type).reshape(1, -1),
             alike=np.zeros(1, np.int64),
         )
         contacts.begin[n_parts] = room

@@ -8,7 +8,7 @@ the same bytes for any number of threads.
 from dem import motion, pairs, vectors
 from dem.contact.block import contact_stage, rolling_stage
 from dem.jit import jit, lean_jit, parallel_jit, prange
-from dem.layout import BLOCK, HISTORY, ROWS
+from dem.layout import BLOCK
 from dem.neighbours import prune_slab, save_slab, used_slabs
 
 #: Neighbouring slabs are done in turn, in so many groups that may run side by side if their numbers are both even or both odd.
@@ -73,9 +73,8 @@ def scatter_at_wall(loads, first, n, buffer, options):
 @lean_jit
 def contact_loads(n, k0, buffer, contacts, constants, options):
     """Turn the work buffer's separations and velocities into loads of the n contacts from number k0 on, all in one block."""
-    begin = k0 // BLOCK * ROWS * BLOCK + k0 % BLOCK
-    c = contacts.common if contacts.alike[0] else contacts.block[begin : begin + ROWS * BLOCK]
-    h = contacts.block[begin + HISTORY * BLOCK : begin + ROWS * BLOCK]
+    c = contacts.common[0] if contacts.alike[0] else contacts.constants[k0 // BLOCK, k0 % BLOCK :]
+    h = contacts.history[k0 // BLOCK, k0 % BLOCK :]
     contact_stage(n, buffer, c, h, constants.dt, constants.one, constants.zero, constants.tiny, constants.least)
     if options.elastic_rolling:
         rolling_stage(n, buffer, c, h, constants.dt, constants.one, constants.zero, constants.tiny)

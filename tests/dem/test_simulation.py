@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import dem
 from dem import loop, neighbours, slabs
-from dem.layout import BLOCK, INVERSE_MASS, MOTION, N_HISTORY, PLACE, RADIUS, GrainArrays
+from dem.layout import BLOCK, INVERSE_MASS, MOTION, PLACE, RADIUS, GrainArrays
 
 MATERIAL = dem.Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)
 ROUGH = dem.Interaction(restitution=0.5, static_friction=0.4, rolling_friction=0.1)
@@ -342,7 +342,7 @@ def test_grains_that_move_at_once_move_as_when_all_wait_for_all_loads(period_x):
     for at_once in (True, False):
         s = wide_bed(period_x=period_x)
         advance_by_hand(s, at_once, n_steps=20)
-        results.append((b"".join(values.tobytes() for values in s._grains), s._contacts.block.tobytes()))
+        results.append((b"".join(values.tobytes() for values in s._grains), s._contacts.history.tobytes()))
         assert not s._loads.any()
     assert results[0] == results[1]
 
@@ -362,7 +362,7 @@ def test_grains_of_a_dense_packing_move_at_once_as_when_all_wait(shape, periodic
         advance_by_hand(s, at_once, n_steps=20)
         assert neighbours.used_slabs(s._pairs.slab) == (4 if len(places) > 4000 else 1)
         assert s._contacts.count.max() > 16 * BLOCK
-        results.append((b"".join(values.tobytes() for values in s._grains), s._contacts.block.tobytes()))
+        results.append((b"".join(values.tobytes() for values in s._grains), s._contacts.history.tobytes()))
         assert not s._loads.any()
     assert results[0] == results[1]
 
@@ -412,7 +412,7 @@ def outer_list(rows, history):
     return loop.OuterList(
         row=np.column_stack([ends - [len(row) for row in rows], ends]),
         partner=np.array([j for row in rows for j in row], np.int32),
-        history=np.repeat(np.array(history, float)[:, None], N_HISTORY, axis=1),
+        history=np.repeat(np.array(history, float)[:, None], 3, axis=1),
         order=np.arange(3),
         slab=np.zeros(neighbours.SLABS + 1, np.int64),
     )

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from dem.contact.block import contact_stage
-from dem.layout import BLOCK, BUFFER, C_N, C_T, FORCE, HISTORY, INV_R_SUM, K_N, K_T, MU_S, N_HISTORY
+from dem.layout import BLOCK, BUFFER, C_N, C_T, CONSTANTS, FORCE, INV_R_SUM, K_N, K_T, MU_S
 
 DT = 1e-6
 
 
 def stage(normal, velocity, spring, mu_s=1e9, overlap=1e-5, radius=1e-3, dashpot=0.0):
     """Force on i and new spring of one contact of two grains that do not spin."""
-    b, c, h = np.zeros(BUFFER * BLOCK), np.zeros(HISTORY * BLOCK), np.zeros(N_HISTORY * BLOCK)
+    b, c, h = np.zeros(BUFFER * BLOCK), np.zeros(CONSTANTS * BLOCK), np.zeros(6 * BLOCK)
     normal = np.asarray(normal, float) / np.linalg.norm(normal)
     apart = normal * (2 * radius - overlap)
     for a in range(3):
