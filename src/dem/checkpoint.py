@@ -22,6 +22,8 @@ from dem.simulation import Simulation
 
 #: Name of each outer list: attributes of the list, its spare and its contacts.
 LISTS = {"pairs": ("_pairs", "_spare", "_contacts"), "wall_pairs": ("_wall_pairs", "_wall_spare", "_wall_contacts")}
+#: Arrays of an outer list that have a value per entry.
+PER_ENTRY = ("owner", "partner", "history")
 
 #: Before the names of arrays that are notes.
 NOTE = "notes."
@@ -111,7 +113,7 @@ def arrays_of(simulation: Simulation) -> dict[str, np.ndarray]:
         arrays[f"{name}.begin"] = getattr(simulation, contacts_name).begin
         used = int(outer.row.max(initial=0))
         arrays |= {f"{name}.row": outer.row, f"{name}.order": outer.order, f"{name}.slab": outer.slab}
-        arrays |= {f"{name}.partner": outer.partner[:used], f"{name}.history": outer.history[:used]}
+        arrays |= {f"{name}.{field}": getattr(outer, field)[:used] for field in PER_ENTRY}
     if simulation._entries is not None:
         arrays["entries"] = simulation._entries
     return arrays
@@ -139,8 +141,8 @@ def restored(description: dict, arrays: dict[str, np.ndarray]) -> Simulation:
         outer, used = lists[0], len(arrays[f"{name}.partner"])
         for field in ("row", "order", "slab"):
             getattr(outer, field)[:] = arrays[f"{name}.{field}"]
-        outer.partner[:used] = arrays[f"{name}.partner"]
-        outer.history[:used] = arrays[f"{name}.history"]
+        for field in PER_ENTRY:
+            getattr(outer, field)[:used] = arrays[f"{name}.{field}"]
     simulation._origin, simulation._list_age = arrays["origin"], arrays["list_age"]
     simulation._glued, simulation._carrier = arrays["glued"], arrays["carrier"]
     if simulation._entries is not None:

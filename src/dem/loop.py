@@ -16,9 +16,10 @@ from dem.neighbours import (
     find_pairs,
     find_wall_pairs,
     frequencies,
+    in_block,
     is_sound,
     prune_walls,
-    save_walls,
+    save_history,
 )
 from dem.walls import move_walls, push, separate
 
@@ -35,12 +36,13 @@ LEAST_REACH, MOST_REACH = 0.0125, 0.3
 
 
 class OuterList(NamedTuple):
-    """Rows of partners with their contact history: row (n, 2) begin and end, partner (capacity), history (capacity, 3 or 6).
+    """Rows of partners with their contact history: row (n, 2) begin and end; owner, partner (capacity), history (capacity, 3 or 6).
 
     order (n,) and slab (SLABS + 1,): the grains in cell order and where its slabs begin (pairs only).
     """
 
     row: np.ndarray
+    owner: np.ndarray
     partner: np.ndarray
     history: np.ndarray
     order: np.ndarray
@@ -94,7 +96,7 @@ def wall_forces(grains, loads, walls, contacts, buffer, places, constants, optio
     for w in range(walls.kind.shape[0]):
         k, end = contacts.begin[w], contacts.begin[w] + contacts.count[w]
         while k < end:
-            n = min(end, (k // BLOCK + 1) * BLOCK) - k
+            n = in_block(k, end)
             first = contacts.first[k : k + n]
             slabs.gather_at_wall(grains, walls.velocity[w], first, n, buffer, places, options)
             separate(walls, w, places, n, buffer)
@@ -105,14 +107,21 @@ def wall_forces(grains, loads, walls, contacts, buffer, places, constants, optio
 
 
 @jit
+def save_with_walls(contacts, history):
+    """Write the history of all contacts with walls back to the outer list, and forget the contacts."""
+    for w in range(contacts.count.shape[0]):
+        save_history(w, contacts, history)
+
+
+@jit
 def rebuild(grains, period, walls, skin, pair_list, wall_pairs, spare, wall_spare, contacts):
     """Remake both outer lists, carrying history. Returns FINISHED, or why not (then nothing has changed)."""
     if not is_sound(grains):
         return BLEW_UP
-    n_pairs = find_pairs(grains, period, skin, spare.row, spare.partner, spare.order, spare.slab)
+    n_pairs = find_pairs(grains, period, skin, spare.row, spare.owner, spare.partner, spare.order, spare.slab)
     if n_pairs < 0:
         return PAIRS_FULL
-    if find_wall_pairs(grains, walls, skin, wall_spare.row, wall_spare.partner) < 0:
+    if find_wall_pairs(grains, walls, skin, wall_spare.row, wall_spare.owner, wall_spare.partner) < 0:
         return WALL_PAIRS_FULL
     carry_history(pair_list, spare, True)
     carry_history(wall_pairs, wall_spare, False)
@@ -132,6 +141,7 @@ def copy_list(source, target):
     target.order[:] = source.order
     target.slab[:] = source.slab
     for k in range(m):
+        target.owner[k] = source.owner[k]
         target.partner[k] = source.partner[k]
         target.history[k] = source.history[k]
 
@@ -179,7 +189,7 @@ def refresh_lists(
         slabs.save(contacts, pair_list.history)
     else:
         slabs.save_threads(contacts, pair_list.history)
-    save_walls(wall_contacts, wall_pairs.history)
+    save_with_walls(wall_contacts, wall_pairs.history)
     if 2.0 * list_age[0] + reach > skin and list_age[0] < LISTS_STALE:
         list_age[0] = max(farthest(grains, origin), list_age[1])  # the bound adds up the fastest grain of every step
     if 2.0 * list_age[0] + reach > skin:
@@ -305,7 +315,7 @@ def advance(
             reason = BLEW_UP
             break
     slabs.save(contacts, pair_list.history)
-    save_walls(wall_contacts, wall_pairs.history)
+    save_with_walls(wall_contacts, wall_pairs.history)
     list_age[0] += travel
     mean_force /= max(done, 1)
     return reason, done, n_rebuilds, n_prunings

@@ -32,6 +32,9 @@ from dem.layout import (
     PLACE,
     R_STAR,
     RADIUS,
+    U,
+    Y,
+    Z,
 )
 from dem.walls import wall_separation
 
@@ -188,11 +191,11 @@ def nearest_image(dx, period, frequency):
 
 
 @strict_jit
-def find_pairs(grains, period, skin, row, partner, order, slab):
+def find_pairs(grains, period, skin, row, owner, partner, order, slab):
     """Find every pair closer than r_i + r_j + skin, once; returns how many, or -1 when `partner` may be too short.
 
     A pair belongs to the row of the grain that comes first in cell order, so cells behind a grain need no look.
-    row : (n, 2) int64, begin and end of each grain's row; partner : (capacity,) int32; order : (n,) grains in cell order;
+    row : (n, 2) int64, begin and end of each grain's row; owner, partner : (capacity,) int32; order : (n,) grains in cell order;
     slab : (SLABS + 1,) see `cut_slabs`; all overwritten.
     """
     n = grains.place.shape[0] // PLACE
@@ -239,6 +242,7 @@ def find_pairs(grains, period, skin, row, partner, order, slab):
                     else:
                         m = scan(in_order, order, rank, first, last, skin, partner, m)
         row[i, 1] = m
+        owner[row[i, 0] : m] = i
     return m
 
 
@@ -290,7 +294,7 @@ def neighbour_cell(centre, offset, count, length):
 
 
 @strict_jit
-def find_wall_pairs(grains, walls, skin, row, partner):
+def find_wall_pairs(grains, walls, skin, row, owner, partner):
     """As `find_pairs`, for grains near walls."""
     n = grains.place.shape[0] // PLACE
     m = 0
@@ -305,6 +309,7 @@ def find_wall_pairs(grains, walls, skin, row, partner):
             if x * x + y * y + z * z < reach * reach:
                 if m == partner.shape[0]:
                     return -1
+                owner[m] = i
                 partner[m] = w
                 m += 1
         row[i, 1] = m
@@ -377,11 +382,10 @@ def prune_slab(s, grains, period, frequency, periodic, outer, reach, contacts, p
         interleave(first[k0 : k0 + BLOCK])
         interleave(second[k0 : k0 + BLOCK])
         interleave(slot[k0 : k0 + BLOCK])
-    history, constants = contacts.history[begin // BLOCK :], contacts.constants[begin // BLOCK :]
-    for q in range(m):
-        load_history(history, q, outer.history[slot[q]])
+    load_history(s, contacts, outer.history)
     if contacts.alike[0]:
         return
+    constants = contacts.constants[begin // BLOCK :]
     for q in range(m):
         i, j = first[q], second[q]
         pair = pair_table[material[i] * n_materials + material[j]]
@@ -409,27 +413,33 @@ def common_constants(grains, contacts, pair_table, n_materials, material):
 
 
 @lean_jit
+def entries_of(s, outer):
+    """Where the outer list's entries of slab s begin and end: its rows stand one after another, in cell order."""
+    first, last = outer.slab[s], outer.slab[s + 1] - 1
+    if last < first:
+        return 0, 0
+    return outer.row[outer.order[first], 0], outer.row[outer.order[last], 1]
+
+
+@lean_jit
 def near_pairs(s, grains, outer, reach, first, second, slot):
     """List (i, j, entry) of every outer pair of slab s closer than r_i + r_j + reach; returns how many, -1 without enough room.
 
-    Every pair is written and only kept by advancing m: no branch to mispredict.
+    Every pair is written and only kept by advancing m: no branch to mispredict, nor a short loop over each grain's row.
     """
     m, place = 0, grains.place
-    for rank in range(outer.slab[s], outer.slab[s + 1]):
-        i = outer.order[rank]
-        o = PLACE * i
-        x, y, z, r = place[o], place[o + 1], place[o + 2], place[o + RADIUS] + reach
-        if m + outer.row[i, 1] - outer.row[i, 0] > first.shape[0]:
+    begin, end = entries_of(s, outer)
+    for k in range(begin, end):
+        if m == first.shape[0]:
             return -1
-        for k in range(outer.row[i, 0], outer.row[i, 1]):
-            j = outer.partner[k]
-            p = PLACE * j
-            dx, dy, dz = x - place[p], y - place[p + 1], z - place[p + 2]
-            near = r + place[p + RADIUS]
-            first[m] = i
-            second[m] = j
-            slot[m] = k
-            m += int(dx * dx + dy * dy + dz * dz < near * near)
+        i, j = outer.owner[k], outer.partner[k]
+        o, p = np.uint64(i * PLACE), np.uint64(j * PLACE)
+        x, y, z = place[o] - place[p], place[o + U[Y]] - place[p + U[Y]], place[o + U[Z]] - place[p + U[Z]]
+        near = place[o + U[RADIUS]] + place[p + U[RADIUS]] + reach
+        first[m] = i
+        second[m] = j
+        slot[m] = k
+        m += int(x * x + y * y + z * z < near * near)
     return m
 
 
@@ -437,23 +447,20 @@ def near_pairs(s, grains, outer, reach, first, second, slot):
 def near_periodic_pairs(s, grains, period, frequency, outer, reach, first, second, slot):
     """As `near_pairs`, by nearest image."""
     m, place = 0, grains.place
-    for rank in range(outer.slab[s], outer.slab[s + 1]):
-        i = outer.order[rank]
-        o = PLACE * i
-        x, y, z, r = place[o], place[o + 1], place[o + 2], place[o + RADIUS] + reach
-        if m + outer.row[i, 1] - outer.row[i, 0] > first.shape[0]:
+    begin, end = entries_of(s, outer)
+    for k in range(begin, end):
+        if m == first.shape[0]:
             return -1
-        for k in range(outer.row[i, 0], outer.row[i, 1]):
-            j = outer.partner[k]
-            p = PLACE * j
-            dx = nearest_image(x - place[p], period[0], frequency[0])
-            dy = nearest_image(y - place[p + 1], period[1], frequency[1])
-            dz = nearest_image(z - place[p + 2], period[2], frequency[2])
-            near = r + place[p + RADIUS]
-            first[m] = i
-            second[m] = j
-            slot[m] = k
-            m += int(dx * dx + dy * dy + dz * dz < near * near)
+        i, j = outer.owner[k], outer.partner[k]
+        o, p = np.uint64(i * PLACE), np.uint64(j * PLACE)
+        x = nearest_image(place[o] - place[p], period[0], frequency[0])
+        y = nearest_image(place[o + U[Y]] - place[p + U[Y]], period[1], frequency[1])
+        z = nearest_image(place[o + U[Z]] - place[p + U[Z]], period[2], frequency[2])
+        near = place[o + U[RADIUS]] + place[p + U[RADIUS]] + reach
+        first[m] = i
+        second[m] = j
+        slot[m] = k
+        m += int(x * x + y * y + z * z < near * near)
     return m
 
 
@@ -468,35 +475,33 @@ def interleave(values):
 @jit
 def prune_walls(grains, walls, outer, reach, contacts, pair_table, n_materials, material):
     """Copy every outer wall entry closer than r_i + reach into contact blocks, wall by wall."""
-    n = outer.row.shape[0]
-    n_walls = walls.kind.shape[0]
+    n_walls, n_entries = walls.kind.shape[0], outer.row[:, 1].max() if outer.row.shape[0] else 0
     begin, count = contacts.begin, contacts.count
+    total = 0
     for step in range(2):  # first count the contacts of every wall, then put them where the counts say
         if step == 1:
-            total = 0
             for w in range(n_walls):
                 begin[w] = total
                 total += (count[w] + LINE - 1) // LINE * LINE
         count[:] = 0
-        for i in range(n):
+        for k in range(n_entries):
+            i, w = outer.owner[k], outer.partner[k]
             near = grains.place[PLACE * i + RADIUS] + reach
-            for k in range(outer.row[i, 0], outer.row[i, 1]):
-                w = outer.partner[k]
-                x, y, z = wall_separation(grains.place, PLACE * i, walls, w)
-                if x * x + y * y + z * z < near * near:
-                    if step == 1:
-                        m = begin[w] + count[w]
-                        contacts.first[m] = i
-                        contacts.second[m] = w
-                        contacts.slot[m] = k
-                    count[w] += 1
+            x, y, z = wall_separation(grains.place, PLACE * i, walls, w)
+            if x * x + y * y + z * z < near * near:
+                if step == 1:
+                    m = begin[w] + count[w]
+                    contacts.first[m] = i
+                    contacts.second[m] = w
+                    contacts.slot[m] = k
+                count[w] += 1
     for w in range(n_walls):
         for q in range(begin[w], begin[w] + count[w]):
             i = contacts.first[q]
             pair = pair_table[material[i] * n_materials + walls.material[w]]
             inverse_mass = grains.remainder[MOTION * i + INVERSE_MASS]
             load_constants(contacts.constants, q, pair, grains.place[PLACE * i + RADIUS], 0.0, inverse_mass)
-            load_history(contacts.history, q, outer.history[contacts.slot[q]])
+        load_history(w, contacts, outer.history)
     finish_blocks(contacts.constants, total)
 
 
@@ -518,10 +523,22 @@ def load_constants(constants, q, pair, r_i, r_j, inverse_masses):
 
 
 @lean_jit
-def load_history(blocks, q, history):
-    """Contact history of contact q."""
-    for t in range(history.shape[0]):
-        blocks[q // BLOCK, t * BLOCK + q % BLOCK] = history[t]
+def in_block(k, end):
+    """How many of the contacts from k to end stand in one block with k."""
+    return min(end, (k // BLOCK + 1) * BLOCK) - k
+
+
+@lean_jit
+def load_history(s, contacts, history):
+    """Copy the contact history of slab or wall s from the outer list to the blocks."""
+    k, end = contacts.begin[s], contacts.begin[s] + contacts.count[s]
+    while k < end:
+        n = in_block(k, end)
+        slot, h = contacts.slot[k : k + n], contacts.history[k // BLOCK, k % BLOCK :]
+        for t in range(history.shape[1]):
+            for q in range(n):
+                h[t * BLOCK + q] = history[slot[q], t]
+        k += n
 
 
 @lean_jit
@@ -555,17 +572,14 @@ def finish_block(c, n):
 
 
 @lean_jit
-def save_slab(s, contacts, history):
-    """Write the contact history of slab s from the blocks back to the outer list, and forget the contacts."""
-    begin = contacts.begin[s]
-    for q in range(begin, begin + contacts.count[s]):
+def save_history(s, contacts, history):
+    """Copy the contact history of slab or wall s from the blocks back to the outer list, and forget the contacts."""
+    k, end = contacts.begin[s], contacts.begin[s] + contacts.count[s]
+    while k < end:
+        n = in_block(k, end)
+        slot, h = contacts.slot[k : k + n], contacts.history[k // BLOCK, k % BLOCK :]
         for t in range(history.shape[1]):
-            history[contacts.slot[q], t] = contacts.history[q // BLOCK, t * BLOCK + q % BLOCK]
+            for q in range(n):
+                history[slot[q], t] = h[t * BLOCK + q]
+        k += n
     contacts.count[s] = 0
-
-
-@lean_jit
-def save_walls(contacts, history):
-    """As `save_slab`, for the contacts with all walls."""
-    for w in range(contacts.count.shape[0]):
-        save_slab(w, contacts, history)

@@ -361,6 +361,7 @@ class Simulation:
         lists = [
             loop.OuterList(
                 row=np.zeros((n, 2), np.int64),
+                owner=np.zeros(capacity, np.int32),
                 partner=np.zeros(capacity, np.int32),
                 history=np.zeros((capacity, self._n_history), self._type),
                 order=np.zeros(n, np.int64),

@@ -9,7 +9,7 @@ from dem import motion, pairs, vectors
 from dem.contact.block import contact_stage, rolling_stage
 from dem.jit import jit, lean_jit, parallel_jit, prange
 from dem.layout import BLOCK
-from dem.neighbours import prune_slab, save_slab, used_slabs
+from dem.neighbours import prune_slab, save_history, used_slabs
 
 #: Neighbouring slabs are done in turn, in so many groups that may run side by side if their numbers are both even or both odd.
 GROUPS = 16
@@ -180,11 +180,11 @@ def prune_threads(grains, period, frequency, periodic, outer, reach, contacts, p
 def save(contacts, history):
     """Write all contact history back to the outer list, and forget the contacts."""
     for s in range(used_slabs(contacts.begin)):
-        save_slab(s, contacts, history)
+        save_history(s, contacts, history)
 
 
 @parallel_jit
 def save_threads(contacts, history):
     """As `save`, on several threads."""
     for s in prange(used_slabs(contacts.begin)):
-        save_slab(s, contacts, history)
+        save_history(s, contacts, history)

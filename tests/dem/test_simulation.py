@@ -60,9 +60,10 @@ def find_pairs(positions, radii, period, skin, capacity):
     place, motion, remainder = np.zeros((n, PLACE)), np.zeros((n, MOTION)), np.zeros((n, MOTION))
     place[:, :3], place[:, RADIUS], remainder[:, INVERSE_MASS] = positions, radii, 1.0
     grains = GrainArrays(place.ravel(), motion.ravel(), remainder.ravel())
-    row, partner = np.zeros((n, 2), np.int64), np.zeros(capacity, np.int32)
+    row, owner, partner = np.zeros((n, 2), np.int64), np.zeros(capacity, np.int32), np.zeros(capacity, np.int32)
     order, slab = np.zeros(n, np.int64), np.zeros(neighbours.SLABS + 1, np.int64)
-    m = neighbours.find_pairs(grains, np.asarray(period, float), skin, row, partner, order, slab)
+    m = neighbours.find_pairs(grains, np.asarray(period, float), skin, row, owner, partner, order, slab)
+    assert m < 0 or all((owner[begin:end] == i).all() for i, (begin, end) in enumerate(row))
     return m, row, partner, order, slab
 
 
@@ -411,6 +412,7 @@ def outer_list(rows, history):
     ends = np.cumsum([len(row) for row in rows])
     return loop.OuterList(
         row=np.column_stack([ends - [len(row) for row in rows], ends]),
+        owner=np.repeat(np.arange(3), [len(row) for row in rows]).astype(np.int32),
         partner=np.array([j for row in rows for j in row], np.int32),
         history=np.repeat(np.array(history, float)[:, None], 3, axis=1),
         order=np.arange(3),
