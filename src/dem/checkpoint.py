@@ -133,8 +133,8 @@ def restored(description: dict, arrays: dict[str, np.ndarray]) -> Simulation:
     grains = GrainArrays(*(arrays[f"grains.{name}"] for name in GrainArrays._fields))
     simulation._allocate(grains, arrays["material"], arrays["ids"])
     for name, names in LISTS.items():
-        begin = arrays[f"{name}.begin"]
-        lists = simulation._new_lists(simulation.n_grains, *description["rooms"][name], len(begin) - 1)
+        begin, (capacity, room) = arrays[f"{name}.begin"], description["rooms"][name]
+        lists = simulation._new_lists(simulation.n_grains, capacity, room, len(begin) - 1)
         for attribute, value in zip(names, lists, strict=True):
             setattr(simulation, attribute, value)
         lists[2].begin[:] = begin

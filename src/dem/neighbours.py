@@ -475,7 +475,7 @@ def interleave(values):
 @jit
 def prune_walls(grains, walls, outer, reach, contacts, pair_table, n_materials, material):
     """Copy every outer wall entry closer than r_i + reach into contact blocks, wall by wall."""
-    n_walls, n_entries = walls.kind.shape[0], outer.row[:, 1].max() if outer.row.shape[0] else 0
+    n_walls, n_entries = walls.kind.shape[0], outer.row[-1, 1] if outer.row.shape[0] else 0
     begin, count = contacts.begin, contacts.count
     total = 0
     for step in range(2):  # first count the contacts of every wall, then put them where the counts say

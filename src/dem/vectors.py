@@ -363,10 +363,10 @@ def integrate_groups(typing, place, motion, remainder, loads, which, gravity, dt
 
 
 class Advance:
-    """What one step does to GROUP grains after the other; see `dem.motion.integrate`.
+    """One step of group after group of GROUP grains; see `dem.motion.integrate`.
 
-    Resistance against spin takes a long chain of operations. So a group's chain begins before the group before it is moved: a
-    processor finds work on the way, and its window of some hundred instructions is too short to find it by itself.
+    Resistance against spin takes a long chain of operations. A group is pulled before the group ahead of it is moved: so the
+    processor has work while it waits, which its window of some hundred instructions is too short to find by itself.
     """
 
     def __init__(self, e):
@@ -382,7 +382,7 @@ class Advance:
         self.fastest2 = e.constant([0.0] * LANES, self.element)
 
     def pull(self, g):
-        """Changes of the velocities of group g without resistance, what they become, and the share of spin to take away, negative."""
+        """Of group g: numbers, changes of velocity without resistance, what it becomes, share of spin to take away (negative)."""
         e = self.e
         numbers = [e.number(self.which, e.args[7], g * GROUP + c) for c in range(GROUP)]
         changes, unbraked = [], []

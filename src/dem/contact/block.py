@@ -13,6 +13,7 @@ from dem.contact.hertz import normal_force
 from dem.contact.mindlin import slip
 from dem.contact.rolling import plastic_factor
 from dem.jit import lean_jit
+from dem.layout import BLOCK as B
 from dem.layout import (
     C_N,
     C_T,
@@ -33,7 +34,6 @@ from dem.layout import (
     TWIST,
     TWIST_J,
 )
-from dem.layout import BLOCK as B
 
 
 @lean_jit
