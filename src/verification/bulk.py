@@ -67,6 +67,7 @@ PROTOCOL = ("base", "lift 1 mm/s", "lift 20 mm/s", "tamped packing", "smooth tub
 STRESSES_PA = (125.0, 250.0, 500.0, 1000.0)
 SHEAR_SEEDS = 4
 PACKINGS = {"smooth": 0.0, "rough": 0.5}
+PACKING_SEEDS = 4
 #: The plateau is the last part of the displacement, as in the campaign.
 PLATEAU = 0.3
 #: Columns of the table of runs.
@@ -85,7 +86,7 @@ def runs() -> list[str]:
     """Names of all runs, variant and seed: "heap/base/1"."""
     heaps = [f"heap/{variant}/{seed}" for variant, (n, *_) in HEAPS.items() for seed in range(1, n + 1)]
     shear = [f"shear/{stress:g} Pa/{seed}" for stress in STRESSES_PA for seed in range(1, SHEAR_SEEDS + 1)]
-    return heaps + shear + [f"packing/{name}/1" for name in PACKINGS]
+    return heaps + shear + [f"packing/{name}/{seed}" for name in PACKINGS for seed in range(1, PACKING_SEEDS + 1)]
 
 
 def run(name: str) -> dict:
@@ -256,12 +257,14 @@ def of_shear(tests: pd.DataFrame) -> Iterable[Check]:
 
 
 def of_packing(table: pd.DataFrame) -> Iterable[Check]:
-    """Solid fractions of poured grains."""
-    fraction = table[table["kind"] == "packing"].set_index("variant")["solid_fraction"]
+    """Solid fractions of poured grains, means over seeds: single packings scatter by 0.002."""
+    fractions = table[table["kind"] == "packing"].groupby("variant")["solid_fraction"]
+    fraction, error = fractions.mean(), fractions.sem()
     common: dict[str, Any] = {"group": GROUP, "unit": "-", "quantity": "solid fraction"}
     yield Check(
         **common, case="poured without friction", source="random packings of spheres", expected=0.62, obtained=fraction["smooth"],
-        tolerance=0.02, note="allowed: 0.60 to 0.64",
+        tolerance=0.02 + SCATTER * error["smooth"],
+        note=f"known: 0.60 to 0.64; mean of {PACKING_SEEDS} seeds, standard error {error['smooth']:.4f}",
     )  # fmt: skip
     yield Check(
         **common, case="poured with mu_s 0.5", source="friction holds pores open", expected=fraction["smooth"],

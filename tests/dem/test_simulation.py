@@ -385,6 +385,40 @@ def advance_by_hand(s, at_once, n_steps):
             slabs.move(s._grains, s._loads, s._pairs, s._gravity, s._speeds, s._constants, s._options)
 
 
+def test_contacts_with_walls_stand_wall_by_wall_and_keep_their_history():
+    """More than a block of them with each of two walls, a few with a third, none with a fourth."""
+    side = 20
+    walls = [
+        floor(),
+        dem.Box(name="air", material="soil", low_m=(-1.0, -1.0, 0.5), high_m=(1.0, 1.0, 0.5)),
+        dem.Box(name="lid", material="soil", low_m=(-1.0, -1.0, 2 * RADIUS_M), high_m=(1.0, 1.0, 1.0e-1)),
+        dem.Box(name="side", material="soil", low_m=(-1.0, -1.0, 0.0), high_m=(-RADIUS_M, 1.0, 1.0)),
+    ]
+    simulation = make(walls)
+    x, y = 2.2 * RADIUS_M * np.stack(np.meshgrid(np.arange(side), np.arange(side))).reshape(2, -1)
+    simulation.add_grains(np.column_stack([x, y, np.full(side**2, RADIUS_M)]), RADIUS_M, "soil")
+    simulation.advance(1)
+    contacts, outer = simulation._wall_contacts, simulation._wall_pairs
+    outer.history[:] = kept = np.random.default_rng(1).normal(size=outer.history.shape).astype(outer.history.dtype)
+    neighbours.prune_walls(
+        simulation._grains, simulation._walls, outer, 0.1 * RADIUS_M, contacts, simulation._pair_table, 1, simulation._material
+    )
+    assert contacts.count.tolist() == [side**2, 0, side**2, side]
+    used = []
+    for w, wall in enumerate(simulation._wall_definitions):
+        own = slice(contacts.begin[w], contacts.begin[w] + contacts.count[w])
+        assert contacts.begin[w] % neighbours.LINE == 0
+        assert (contacts.second[own] == w).all()
+        near = dem.walls.distance_to(wall, simulation._places[:, :3]) < 1.1 * RADIUS_M
+        assert contacts.first[own].tolist() == np.flatnonzero(near).tolist()
+        used += contacts.slot[own].tolist()
+    assert len(set(used)) == len(used) == 2 * side**2 + side
+    outer.history[:] = 0.0
+    loop.save_with_walls(contacts, outer.history)
+    assert (outer.history[used] == kept[used]).all()
+    assert not contacts.count.any()
+
+
 def test_sorting_in_space_leaves_grains_and_contacts_as_they_were():
     simulation = box_of_grains()
     simulation.advance(3000)
