@@ -263,8 +263,8 @@ def of_packing(table: pd.DataFrame) -> Iterable[Check]:
     common: dict[str, Any] = {"group": GROUP, "unit": "-", "quantity": "solid fraction"}
     yield Check(
         **common, case="poured without friction", source="random packings of spheres", expected=0.62, obtained=fraction["smooth"],
-        tolerance=0.02 + SCATTER * error["smooth"],
-        note=f"known: 0.60 to 0.64; mean of {PACKING_SEEDS} seeds, standard error {error['smooth']:.4f}",
+        tolerance=0.02,
+        note=f"allowed: 0.60 to 0.64; mean of {PACKING_SEEDS} seeds, standard error {error['smooth']:.4f}",
     )  # fmt: skip
     yield Check(
         **common, case="poured with mu_s 0.5", source="friction holds pores open", expected=fraction["smooth"],
