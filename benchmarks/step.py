@@ -25,16 +25,16 @@ def gather(n, grains, contacts, buffer):
     """Gather all pairs n times."""
     for _ in range(n):
         for k0 in range(0, contacts.count[0] - BLOCK + 1, BLOCK):
-            vectors.gather_pairs(grains, contacts.first[k0 : k0 + BLOCK], contacts.second[k0 : k0 + BLOCK], BLOCK, buffer)
+            vectors.gather_pairs(grains, contacts.first[k0 : k0 + BLOCK], contacts.second[k0 : k0 + BLOCK], BLOCK, buffer, None)
 
 
 @jit
-def contact(n, grains, contacts, buffer, constants, options):
+def contact(n, grains, contacts, buffer, constants):
     """Gather and contact stage of all pairs n times."""
     for _ in range(n):
         for k0 in range(0, contacts.count[0] - BLOCK + 1, BLOCK):
-            vectors.gather_pairs(grains, contacts.first[k0 : k0 + BLOCK], contacts.second[k0 : k0 + BLOCK], BLOCK, buffer)
-            slabs.contact_loads(BLOCK, k0, buffer, contacts, constants, options)
+            vectors.gather_pairs(grains, contacts.first[k0 : k0 + BLOCK], contacts.second[k0 : k0 + BLOCK], BLOCK, buffer, None)
+            slabs.contact_loads(BLOCK, k0, buffer, contacts, constants, None)
 
 
 @jit
@@ -42,7 +42,7 @@ def scatter(n, loads, contacts, buffer):
     """Scatter all pairs n times."""
     for _ in range(n):
         for k0 in range(0, contacts.count[0] - BLOCK + 1, BLOCK):
-            vectors.scatter_pairs(loads, contacts.first[k0 : k0 + BLOCK], contacts.second[k0 : k0 + BLOCK], BLOCK, buffer)
+            vectors.scatter_pairs(loads, contacts.first[k0 : k0 + BLOCK], contacts.second[k0 : k0 + BLOCK], BLOCK, buffer, None)
 
 
 @jit
@@ -132,7 +132,7 @@ def profile(s) -> dict[str, float]:
     for_lists = (grains, s._period, s._walls, s._skin, s._pairs, s._wall_pairs, s._spare, s._wall_spare, s._contacts)
     stages = {
         "gather": best_us(gather, grains, s._contacts, buffer),
-        "contact": best_us(contact, grains, s._contacts, buffer, constants, s._options),
+        "contact": best_us(contact, grains, s._contacts, buffer, constants),
         "scatter": best_us(scatter, loads, s._contacts, buffer),
         "walls": best_us(wall, grains, loads, *on_walls, dt * 1e-9, s._glued, s._carrier),
         "integrate": best_us(integrate, grains, loads, s._pairs.order, s._gravity, dt * 1e-9, constants.zero),

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dem.contact import mindlin
-from dem.contact.rolling import braked, plastic_factor
+from dem.contact.rolling import braked
 from dem.jit import jit
 from dem.layout import (
     BLOCK,
@@ -36,7 +36,6 @@ from dem.layout import (
     MU_S,
     PLACE,
     QX,
-    R_STAR,
     RADIUS,
     RESIST,
     SPEEDS,
@@ -77,9 +76,9 @@ ENTRIES = (
 ) = range(len(ENTRIES))
 
 #: Columns of the notes on a contact between `note_contacts` and `book_contacts`: normal (3), force of the normal dashpot,
-#: tangential force (3) and what its spring gains, rolling moment (3) and what its spring gains, d / R_sum.
+#: tangential force (3) and what its spring gains, force of the rolling spring (3) and what it gains, d / R_sum.
 NOTES = 13
-NORMAL, DASHPOT, FORCE, GAIN, MOMENT, ROLLING_GAIN, ARM = 0, 3, 4, 7, 8, 11, 12
+NORMAL, DASHPOT, FORCE, GAIN, ROLLING_FORCE, ROLLING_GAIN, ARM = 0, 3, 4, 7, 8, 11, 12
 
 
 class Ledger(NamedTuple):
@@ -145,22 +144,22 @@ def note_contacts(contacts, s, walls, grains, period, frequency, notes, entries,
         entries[SPRINGS_REMADE] += before
         entries[TANGENTIAL_SPRINGS] += after
         if type_c:
-            note_rolling(note, c, h, S_t, max(f_n, 0.0), nx, ny, nz, rolling_velocity(grains, i, second[k], walls), dt, entries)
+            resistance = float(c[MU_R * BLOCK]) * max(f_n, 0.0)
+            note_rolling(note, h, S_t, resistance, nx, ny, nz, rolling_velocity(grains, i, second[k], walls), dt, entries)
 
 
 @jit
-def note_rolling(note, c, h, S_t, push, nx, ny, nz, turning, dt, entries):
-    """The rolling spring's part of `note_contacts`; turning : relative angular velocity (3,)."""
-    R_star = float(c[R_STAR * BLOCK])
-    k_r = S_t * R_star * R_star
+def note_rolling(note, h, S_t, resistance, nx, ny, nz, rolling, dt, entries):
+    """The rolling spring's part of `note_contacts`; resistance : mu_r F_n, rolling : rolling velocity (3,)."""
     ax, ay, az = flat(float(h[3 * BLOCK]), float(h[4 * BLOCK]), float(h[5 * BLOCK]), nx, ny, nz)
-    rx, ry, rz = flat(turning[0], turning[1], turning[2], nx, ny, nz)
-    wx, wy, wz = ax + rx * dt, ay + ry * dt, az + rz * dt
-    factor = plastic_factor(wx * wx + wy * wy + wz * wz, float(c[MU_R * BLOCK]) * push * R_star / k_r, 1.0, 1e-150)
-    moment = factor * k_r
-    before = 0.5 * k_r * (ax * ax + ay * ay + az * az)
-    after = 0.5 * moment * factor * (wx * wx + wy * wy + wz * wz)
-    note[MOMENT], note[MOMENT + 1], note[MOMENT + 2], note[ROLLING_GAIN] = moment * wx, moment * wy, moment * wz, after - before
+    rx, ry, rz = flat(rolling[0], rolling[1], rolling[2], nx, ny, nz)
+    sx, sy, sz = ax + rx * dt, ay + ry * dt, az + rz * dt
+    factor = mindlin.slip(S_t * S_t * (sx * sx + sy * sy + sz * sz), resistance, 1.0, 1e-150)
+    sx, sy, sz = factor * sx, factor * sy, factor * sz
+    before = 0.5 * S_t * (ax * ax + ay * ay + az * az)
+    after = 0.5 * S_t * (sx * sx + sy * sy + sz * sz)
+    note[ROLLING_FORCE], note[ROLLING_FORCE + 1], note[ROLLING_FORCE + 2] = S_t * sx, S_t * sy, S_t * sz
+    note[ROLLING_GAIN] = after - before
     entries[SPRINGS_REMADE] += before
     entries[ROLLING_SPRINGS] += after
 
@@ -189,7 +188,7 @@ def book_contacts(contacts, s, walls, mean, notes, entries, dt):
         r = rolling_velocity(mean, i, second[k], walls)
         for a in range(3):
             entries[SLIDING] += note[FORCE + a] * t[a] * dt
-            entries[ROLLING] += note[MOMENT + a] * r[a] * dt
+            entries[ROLLING] += note[ROLLING_FORCE + a] * r[a] * dt
         entries[SLIDING] -= note[GAIN]
         entries[ROLLING] -= note[ROLLING_GAIN]
 
@@ -237,14 +236,14 @@ def spin_sum(grains, i, j, walls):
 
 @jit
 def rolling_velocity(grains, i, j, walls):
-    """Angular velocity in rad/s of grain i against grain or wall j."""
+    """Rolling velocity in m/s of grain i on grain or wall j (see `dem.contact.rolling`)."""
     x, y, z = three(grains.motion, MOTION * i + UX)
-    s = 1.0 / grains.place[PLACE * i + RADIUS]
     if walls is None:
         a, b, c = three(grains.motion, MOTION * j + UX)
-        t = 1.0 / grains.place[PLACE * j + RADIUS]
-        return s * x - t * a, s * y - t * b, s * z - t * c
-    return s * x, s * y, s * z
+        r_i, r_j = grains.place[PLACE * i + RADIUS], grains.place[PLACE * j + RADIUS]
+        p, q = r_j / (r_i + r_j), r_i / (r_i + r_j)
+        return p * x - q * a, p * y - q * b, p * z - q * c
+    return x, y, z
 
 
 @jit

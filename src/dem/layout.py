@@ -34,13 +34,13 @@ LOAD = 8
 FX, FY, FZ = range(3)
 QX, QY, QZ, RESIST = range(4, LOAD)
 
-CONSTANTS = 10
-INV_R_SUM, K_N, C_N, K_T, C_T, MU_S, MU_R, R_STAR, INV_R_I, INV_R_J = range(CONSTANTS)
+CONSTANTS = 8
+INV_R_SUM, K_N, C_N, K_T, C_T, MU_S, MU_R, ROLLING_SHARE = range(CONSTANTS)
 
 #: Rows of the work buffer. On entry to the contact stage: separation (0-2), R_sum^2 - d^2 (3), relative velocity (4-6),
-#: u_i + u_j (7-9), u_i - u_j (10-12, type C only). On leaving: force on i, Q on j (type C), Q on i, rolling resistance.
+#: u_i + u_j (7-9), u_j (10-12, type C only). On leaving: force on i, Q on j (type C), Q on i, rolling resistance.
 BUFFER = 18
-FORCE, TWIST_J, TWIST, RESISTANCE = 4, 10, 13, 16
+SECOND_SPIN, FORCE, TWIST_J, TWIST, RESISTANCE = 10, 4, 10, 13, 16
 #: Between the loops of the contact stage: lever arm over the grain's radius, d / R_sum along the normal (0-2), tangential stiffness
 #: (3), relative velocity of the surfaces (4-6), and these: tangential damping, normal force over the lever arm and as it is. The
 #: arm's inverse square stays for type C.

@@ -7,7 +7,7 @@ import numpy as np
 
 from dem import energy, slabs
 from dem.jit import jit, lean_jit
-from dem.layout import BLOCK, PLACE
+from dem.layout import BLOCK, PLACE, SECOND_SPIN
 from dem.motion import carry_glued
 from dem.neighbours import (
     carry_history,
@@ -100,7 +100,11 @@ def wall_forces(grains, loads, walls, contacts, buffer, places, constants, optio
             first = contacts.first[k : k + n]
             slabs.gather_at_wall(grains, walls.velocity[w], first, n, buffer, places, options)
             separate(walls, w, places, n, buffer)
-            slabs.contact_loads(n, k, buffer, contacts, constants, options)
+            if options.elastic_rolling:
+                buffer[SECOND_SPIN * BLOCK : (SECOND_SPIN + 3) * BLOCK] = 0.0  # a wall does not spin
+                slabs.contact_loads(n, k, buffer, contacts, constants, True)
+            else:
+                slabs.contact_loads(n, k, buffer, contacts, constants, None)
             slabs.scatter_at_wall(loads, first, n, buffer, options)
             push(walls, w, n, buffer)
             k += n

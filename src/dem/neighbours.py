@@ -15,8 +15,6 @@ from dem.layout import (
     BLOCK,
     C_N,
     C_T,
-    INV_R_I,
-    INV_R_J,
     INV_R_SUM,
     INVERSE_MASS,
     K_N,
@@ -30,8 +28,8 @@ from dem.layout import (
     PAIR_MU_R,
     PAIR_MU_S,
     PLACE,
-    R_STAR,
     RADIUS,
+    ROLLING_SHARE,
     U,
     Y,
     Z,
@@ -512,9 +510,9 @@ def load_constants(constants, q, pair, r_i, r_j, inverse_masses):
     r_j = 0 stands for a wall (flat, infinitely heavy).
     """
     c, k = constants[q // BLOCK], q % BLOCK
-    c[INV_R_I * BLOCK + k] = r_i
-    c[INV_R_J * BLOCK + k] = r_j
-    c[R_STAR * BLOCK + k] = inverse_masses
+    c[INV_R_SUM * BLOCK + k] = r_i
+    c[ROLLING_SHARE * BLOCK + k] = r_j
+    c[C_T * BLOCK + k] = inverse_masses
     c[K_N * BLOCK + k] = pair[PAIR_E]
     c[K_T * BLOCK + k] = pair[PAIR_G]
     c[C_N * BLOCK + k] = pair[PAIR_BETA]
@@ -552,12 +550,12 @@ def finish_blocks(constants, n_contacts):
 def finish_block(c, n):
     """Pair constants of one block from what `load_constants` put there."""
     for q in range(n):
-        r_i = c[INV_R_I * BLOCK + q]
-        r_j = c[INV_R_J * BLOCK + q]
+        r_i = c[INV_R_SUM * BLOCK + q]
+        r_j = c[ROLLING_SHARE * BLOCK + q]
         flat = r_j == 0.0
         R_sum = r_i + r_j
         R_star = r_i if flat else r_i * r_j / R_sum
-        m_star = 1 / c[R_STAR * BLOCK + q]
+        m_star = 1 / c[C_T * BLOCK + q]
         E_star = c[K_N * BLOCK + q]
         G_star = c[K_T * BLOCK + q]
         beta = c[C_N * BLOCK + q]
@@ -566,9 +564,7 @@ def finish_block(c, n):
         c[C_N * BLOCK + q] = hertz.damping(E_star, R_star, m_star, beta)
         c[K_T * BLOCK + q] = mindlin.stiffness(G_star, R_star)
         c[C_T * BLOCK + q] = mindlin.damping(G_star, R_star, m_star, beta)
-        c[R_STAR * BLOCK + q] = R_star
-        c[INV_R_I * BLOCK + q] = 1 / r_i
-        c[INV_R_J * BLOCK + q] = 0 if flat else 1 / r_j
+        c[ROLLING_SHARE * BLOCK + q] = R_star / r_i
 
 
 @lean_jit

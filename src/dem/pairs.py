@@ -7,7 +7,26 @@ import numpy as np
 
 from dem.jit import lean_jit
 from dem.layout import BLOCK as B
-from dem.layout import FORCE, LOAD, MOTION, PLACE, QX, QY, QZ, RADIUS, RESIST, RESISTANCE, TWIST, TWIST_J, UX, UY, UZ, VX, VY, VZ, U
+from dem.layout import (
+    FORCE,
+    LOAD,
+    MOTION,
+    PLACE,
+    QX,
+    RADIUS,
+    RESIST,
+    RESISTANCE,
+    SECOND_SPIN,
+    TWIST,
+    TWIST_J,
+    UX,
+    UY,
+    UZ,
+    VX,
+    VY,
+    VZ,
+    U,
+)
 from dem.neighbours import nearest_image
 
 
@@ -21,18 +40,24 @@ def store_separation(x, y, z, R_sum, q, b):
 
 
 @lean_jit
-def store_velocities(motion, i, j, q, b):
-    """Put one pair's relative velocity and sum of spin velocities into the work buffer; motion records begin at i and j."""
+def store_velocities(motion, i, j, q, b, elastic):
+    """Put one pair's relative velocity and sum of spin velocities into the work buffer; motion records begin at i and j.
+
+    elastic : None for type A; anything else for type C, which needs the spin velocity of j as well.
+    """
     b[4 * B + q] = motion[i + U[VX]] - motion[j + U[VX]]
     b[5 * B + q] = motion[i + U[VY]] - motion[j + U[VY]]
     b[6 * B + q] = motion[i + U[VZ]] - motion[j + U[VZ]]
     b[7 * B + q] = motion[i + U[UX]] + motion[j + U[UX]]
     b[8 * B + q] = motion[i + U[UY]] + motion[j + U[UY]]
     b[9 * B + q] = motion[i + U[UZ]] + motion[j + U[UZ]]
+    if elastic is not None:
+        for t in range(3):
+            b[(SECOND_SPIN + t) * B + q] = motion[j + U[UX + t]]
 
 
 @lean_jit
-def gather_pairs(grains, first, second, n, b):
+def gather_pairs(grains, first, second, n, b, elastic):
     """Fill the work buffer for n pairs."""
     place = grains.place
     for q in range(n):
@@ -42,11 +67,11 @@ def gather_pairs(grains, first, second, n, b):
         y = place[i + U[1]] - place[j + U[1]]
         z = place[i + U[2]] - place[j + U[2]]
         store_separation(x, y, z, place[i + U[RADIUS]] + place[j + U[RADIUS]], q, b)
-        store_velocities(grains.motion, np.uint64(first[q] * MOTION), np.uint64(second[q] * MOTION), q, b)
+        store_velocities(grains.motion, np.uint64(first[q] * MOTION), np.uint64(second[q] * MOTION), q, b, elastic)
 
 
 @lean_jit
-def gather_periodic_pairs(grains, period, frequency, first, second, n, b):
+def gather_periodic_pairs(grains, period, frequency, first, second, n, b, elastic):
     """As `gather_pairs`, with separations to the nearest periodic image; frequency is 1/period, 0 where not periodic."""
     place = grains.place
     for q in range(n):
@@ -59,7 +84,7 @@ def gather_periodic_pairs(grains, period, frequency, first, second, n, b):
         y = nearest_image(y, period[1], frequency[1])
         z = nearest_image(z, period[2], frequency[2])
         store_separation(x, y, z, place[i + U[RADIUS]] + place[j + U[RADIUS]], q, b)
-        store_velocities(grains.motion, np.uint64(first[q] * MOTION), np.uint64(second[q] * MOTION), q, b)
+        store_velocities(grains.motion, np.uint64(first[q] * MOTION), np.uint64(second[q] * MOTION), q, b, elastic)
 
 
 @lean_jit
@@ -94,49 +119,18 @@ def scatter_at_wall(loads, first, n, b):
 
 
 @lean_jit
-def gather_rolling(grains, first, second, n, b):
-    """Add the difference of spin velocities u_i - u_j of n pairs to the work buffer (type C)."""
-    for q in range(n):
-        i = first[q] * MOTION
-        j = second[q] * MOTION
-        for t in range(3):
-            b[(10 + t) * B + q] = grains.motion[i + UX + t] - grains.motion[j + UX + t]
-
-
-@lean_jit
-def scatter_pairs(loads, first, second, n, b):
-    """Add the loads of n pairs to their grains (type A)."""
-    for q in range(n):
-        i = np.uint64(first[q] * LOAD)
-        j = np.uint64(second[q] * LOAD)
-        fx, fy, fz = b[FORCE * B + q], b[(FORCE + 1) * B + q], b[(FORCE + 2) * B + q]
-        qx, qy, qz = b[TWIST * B + q], b[(TWIST + 1) * B + q], b[(TWIST + 2) * B + q]
-        resist = b[RESISTANCE * B + q]
-        loads[i] += fx
-        loads[i + U[1]] += fy
-        loads[i + U[2]] += fz
-        loads[i + U[QX]] += qx
-        loads[i + U[QY]] += qy
-        loads[i + U[QZ]] += qz
-        loads[i + U[RESIST]] += resist
-        loads[j] -= fx
-        loads[j + U[1]] -= fy
-        loads[j + U[2]] -= fz
-        loads[j + U[QX]] += qx
-        loads[j + U[QY]] += qy
-        loads[j + U[QZ]] += qz
-        loads[j + U[RESIST]] += resist
-
-
-@lean_jit
-def scatter_rolling(loads, first, second, n, b):
-    """Add the loads of n pairs to their grains (type C: the torques on i and j differ)."""
+def scatter_pairs(loads, first, second, n, b, elastic):
+    """Add the loads of n pairs to their grains; with type C the torques on i and j differ."""
+    twist_j = TWIST if elastic is None else TWIST_J
     for q in range(n):
         i = np.uint64(first[q] * LOAD)
         j = np.uint64(second[q] * LOAD)
         for t in range(3):
             f = b[(FORCE + t) * B + q]
             loads[i + U[t]] += f
-            loads[j + U[t]] -= f
             loads[i + U[QX + t]] += b[(TWIST + t) * B + q]
-            loads[j + U[QX + t]] += b[(TWIST_J + t) * B + q]
+            loads[j + U[t]] -= f
+            loads[j + U[QX + t]] += b[(twist_j + t) * B + q]
+        resist = b[RESISTANCE * B + q]
+        loads[i + U[RESIST]] += resist
+        loads[j + U[RESIST]] += resist

@@ -6,7 +6,7 @@ the same bytes for any number of threads.
 """
 
 from dem import motion, pairs, vectors
-from dem.contact.block import contact_stage, rolling_stage
+from dem.contact.block import contact_stage
 from dem.jit import jit, lean_jit, parallel_jit, prange
 from dem.layout import BLOCK
 from dem.neighbours import prune_slab, save_history, used_slabs
@@ -16,36 +16,27 @@ GROUPS = 16
 
 
 @lean_jit
-def gather(grains, period, frequency, first, second, n, buffer, options):
+def gather(grains, period, frequency, first, second, n, buffer, options, elastic):
     """Fill the work buffer for n pairs, by the code that the options ask for."""
     if options.vector_code:
         if options.periodic:
-            vectors.gather_periodic_pairs(grains, period, frequency, first, second, n, buffer)
+            vectors.gather_periodic_pairs(grains, period, frequency, first, second, n, buffer, elastic)
         else:
-            vectors.gather_pairs(grains, first, second, n, buffer)
-        if options.elastic_rolling:
-            vectors.gather_rolling(grains, first, second, n, buffer)
+            vectors.gather_pairs(grains, first, second, n, buffer, elastic)
     else:
         if options.periodic:
-            pairs.gather_periodic_pairs(grains, period, frequency, first, second, n, buffer)
+            pairs.gather_periodic_pairs(grains, period, frequency, first, second, n, buffer, elastic)
         else:
-            pairs.gather_pairs(grains, first, second, n, buffer)
-        if options.elastic_rolling:
-            pairs.gather_rolling(grains, first, second, n, buffer)
+            pairs.gather_pairs(grains, first, second, n, buffer, elastic)
 
 
 @lean_jit
-def scatter(loads, first, second, n, buffer, options):
+def scatter(loads, first, second, n, buffer, options, elastic):
     """Add the loads in the work buffer to the grains, by the code that the options ask for."""
     if options.vector_code:
-        if options.elastic_rolling:
-            vectors.scatter_rolling(loads, first, second, n, buffer)
-        else:
-            vectors.scatter_pairs(loads, first, second, n, buffer)
-    elif options.elastic_rolling:
-        pairs.scatter_rolling(loads, first, second, n, buffer)
+        vectors.scatter_pairs(loads, first, second, n, buffer, elastic)
     else:
-        pairs.scatter_pairs(loads, first, second, n, buffer)
+        pairs.scatter_pairs(loads, first, second, n, buffer, elastic)
 
 
 @lean_jit
@@ -55,10 +46,6 @@ def gather_at_wall(grains, velocity, first, n, buffer, places, options):
         vectors.gather_at_wall(grains, velocity, first, n, buffer, places)
     else:
         pairs.gather_at_wall(grains, velocity, first, n, buffer, places)
-    if options.elastic_rolling:  # a wall does not spin: differences are sums
-        for q in range(n):
-            for t in range(3):
-                buffer[(10 + t) * BLOCK + q] = buffer[(7 + t) * BLOCK + q]
 
 
 @lean_jit
@@ -71,27 +58,25 @@ def scatter_at_wall(loads, first, n, buffer, options):
 
 
 @lean_jit
-def contact_loads(n, k0, buffer, contacts, constants, options):
+def contact_loads(n, k0, buffer, contacts, constants, elastic):
     """Turn the work buffer's separations and velocities into loads of the n contacts from number k0 on, all in one block."""
     c = contacts.common[0] if contacts.alike[0] else contacts.constants[k0 // BLOCK, k0 % BLOCK :]
     h = contacts.history[k0 // BLOCK, k0 % BLOCK :]
-    contact_stage(n, buffer, c, h, constants.dt, constants.one, constants.zero, constants.tiny, constants.least)
-    if options.elastic_rolling:
-        rolling_stage(n, buffer, c, h, constants.dt, constants.one, constants.zero, constants.tiny)
+    contact_stage(n, buffer, c, h, constants.dt, constants.one, constants.zero, constants.tiny, constants.least, elastic)
 
 
 @lean_jit
-def slab_forces(s, grains, loads, contacts, period, frequency, buffer, constants, options):
-    """Loads of the contacts of one slab."""
+def slab_forces(s, grains, loads, contacts, period, frequency, buffer, constants, options, elastic):
+    """Loads of the contacts of one slab. elastic : None or else, as `dem.contact.block.contact_stage` has it."""
     begin = contacts.begin[s]
     end = begin + contacts.count[s]
     for k0 in range(begin, end, BLOCK):
         n = min(k0 + BLOCK, end) - k0
         first = contacts.first[k0 : k0 + n]
         second = contacts.second[k0 : k0 + n]
-        gather(grains, period, frequency, first, second, n, buffer, options)
-        contact_loads(n, k0, buffer, contacts, constants, options)
-        scatter(loads, first, second, n, buffer, options)
+        gather(grains, period, frequency, first, second, n, buffer, options, elastic)
+        contact_loads(n, k0, buffer, contacts, constants, elastic)
+        scatter(loads, first, second, n, buffer, options, elastic)
 
 
 @lean_jit
@@ -117,7 +102,10 @@ def group_step(g, moves, grains, loads, contacts, outer, period, frequency, grav
         return
     begin, end = g * used // groups, (g + 1) * used // groups
     for s in range(begin, end):
-        slab_forces(s, grains, loads, contacts, period, frequency, buffer, constants, options)
+        if options.elastic_rolling:
+            slab_forces(s, grains, loads, contacts, period, frequency, buffer, constants, options, True)
+        else:
+            slab_forces(s, grains, loads, contacts, period, frequency, buffer, constants, options, None)
         if moves and (s > begin or g % 2 == 1 or used == 1):
             move_slab(s, grains, loads, outer, gravity, speeds, constants, options)
     if moves and g % 2 == 1:

@@ -12,7 +12,7 @@ from llvmlite import ir
 
 from dem import motion, pairs
 from dem.jit import cgutils, exact_jit, intrinsic, lean_jit, types
-from dem.layout import BLOCK, FORCE, FREE, INVERSE_MASS, LOAD, MOTION, PLACE, RESISTANCE, SPEEDS, TWIST, TWIST_J
+from dem.layout import BLOCK, FORCE, FREE, INVERSE_MASS, LOAD, MOTION, PLACE, RESISTANCE, SPEEDS, TWIST, TWIST_J, UX
 
 LANES = 16
 #: So many grains are integrated side by side, in so many groups one after another.
@@ -146,6 +146,14 @@ class Emitter:
 
         return [gather(k, (0, 2)) for k in range(4)] + [gather(k, (1, 3)) for k in range(4)]
 
+    def fours_to_rows(self, fours):
+        """16 vectors of 4 -> 4 vectors of 16."""
+
+        def lanes(c):
+            return self.concatenate(*(self.concatenate(fours[k], fours[k + 4]) for k in (c, c + 8)))
+
+        return self.transpose_lanes([lanes(c) for c in range(4)])
+
     def rows_to_records(self, rows):
         """8 vectors of 16 -> 16 vectors of 8."""
         upper, lower = self.transpose_lanes(rows[:4]), self.transpose_lanes(rows[4:])
@@ -167,15 +175,16 @@ class Emitter:
         )
 
 
-def emit_gather(e, period=None, frequency=None):
-    """Emit the gather of LANES pairs; arguments (place, motion, first, second, q, b)."""
+def emit_gather(e, elastic, period=None, frequency=None):
+    """Emit the gather of LANES pairs; arguments (place, motion, first, second, q, b). elastic: the spin velocities of j too."""
     place, motion, first, second, buffer = e.array(0), e.array(1), e.array(2), e.array(3), e.array(5)
     q, element = e.args[4], buffer[1]
-    separations, approaches = [], []
+    separations, approaches, spins = [], [], []
     for c in range(LANES):
         i, j = e.number(first, q, c), e.number(second, q, c)
         separations.append(e.fma(e.record(place, j, PLACE), e.constant(SEPARATION), e.record(place, i, PLACE)))
         approaches.append(e.fma(e.record(motion, j, MOTION), e.constant(APPROACH, element), e.record(motion, i, MOTION)))
+        spins.append(e.load(motion, e.at(e.start(j, MOTION), UX), MOTION - UX))
     halves = []
     for h in (0, 8):
         *axes, R_sum = e.places_to_rows(separations[h : h + 8])
@@ -186,6 +195,8 @@ def emit_gather(e, period=None, frequency=None):
             gap = e.fma(e.b.fneg(x), x, gap)
         halves.append([e.narrow(row, element) for row in (*axes, gap)])
     rows = [e.concatenate(low, high) for low, high in zip(*halves, strict=True)] + speed_rows(e, approaches)
+    if elastic:
+        rows += e.fours_to_rows(spins)[:3]
     for r, row in enumerate(rows):
         e.store(buffer, e.at(q, r * BLOCK), row)
 
@@ -194,17 +205,6 @@ def speed_rows(e, records):
     """Velocity and spin velocity of LANES motion records as six rows."""
     rows = e.records_to_rows(records)
     return [rows[t] for t in SPEEDS]
-
-
-def emit_gather_rolling(e):
-    """Emit the gather of u_i - u_j; arguments (motion, first, second, q, b)."""
-    motion, first, second, q, buffer = e.array(0), e.array(1), e.array(2), e.args[3], e.array(4)
-    differences = []
-    for c in range(LANES):
-        i, j = e.number(first, q, c), e.number(second, q, c)
-        differences.append(e.b.fsub(e.record(motion, i, MOTION), e.record(motion, j, MOTION)))
-    for t, row in enumerate(speed_rows(e, differences)[3:]):
-        e.store(buffer, e.at(q, (10 + t) * BLOCK), row)
 
 
 def emit_gather_at_wall(e):
@@ -245,12 +245,12 @@ def emit_scatter_at_wall(e):
         e.store(loads, i, e.b.fadd(e.load(loads, i, LOAD), record))
 
 
-def emit_scatter(e, own_twist_of_j):
-    """Emit the scatter of LANES pairs; arguments (loads, first, second, q, b). own_twist_of_j: Q on j is not that on i."""
+def emit_scatter(e, elastic):
+    """Emit the scatter of LANES pairs; arguments (loads, first, second, q, b). elastic: Q on j is not that on i."""
     loads, first, second, buffer = e.array(0), e.array(1), e.array(2), e.array(4)
     q = e.args[3]
     on_i = load_records(e, buffer, q, TWIST)
-    on_j = load_records(e, buffer, q, TWIST_J) if own_twist_of_j else on_i
+    on_j = load_records(e, buffer, q, TWIST_J) if elastic else on_i
     sign = e.constant(REACTION, buffer[1])
     for c in range(LANES):
         i, j = (e.start(e.number(numbers, q, c), LOAD) for numbers in (first, second))
@@ -259,14 +259,14 @@ def emit_scatter(e, own_twist_of_j):
 
 
 @intrinsic
-def gather_lanes(typing, place, motion, first, second, q, b):
+def gather_lanes(typing, place, motion, first, second, q, b, elastic):
     """Gather LANES pairs from slot q on."""
 
     def generate(context, builder, signature, args):
-        emit_gather(Emitter(context, builder, signature, args))
+        emit_gather(Emitter(context, builder, signature, args), elastic != types.none)
         return context.get_dummy_value()
 
-    return types.void(place, motion, first, second, q, b), generate
+    return types.void(place, motion, first, second, q, b, elastic), generate
 
 
 @intrinsic
@@ -280,17 +280,6 @@ def gather_lanes_at_wall(typing, place, motion, first, velocity, q, b, places):
     return types.void(place, motion, first, velocity, q, b, places), generate
 
 
-@intrinsic
-def gather_lanes_rolling(typing, motion, first, second, q, b):
-    """Gather the difference of spin velocities of LANES pairs."""
-
-    def generate(context, builder, signature, args):
-        emit_gather_rolling(Emitter(context, builder, signature, args))
-        return context.get_dummy_value()
-
-    return types.void(motion, first, second, q, b), generate
-
-
 def spread_axes(e, k):
     """The three numbers of array argument k, each spread over a vector."""
     values = e.load(e.array(k), ir.Constant(INT64, 0), 2), e.load(e.array(k), ir.Constant(INT64, 2), 1)
@@ -298,37 +287,26 @@ def spread_axes(e, k):
 
 
 @intrinsic
-def gather_lanes_periodic(typing, place, motion, first, second, q, b, period, frequency):
+def gather_lanes_periodic(typing, place, motion, first, second, q, b, period, frequency, elastic):
     """Gather LANES pairs by nearest image."""
 
     def generate(context, builder, signature, args):
         e = Emitter(context, builder, signature, args)
-        emit_gather(e, spread_axes(e, 6), spread_axes(e, 7))
+        emit_gather(e, elastic != types.none, spread_axes(e, 6), spread_axes(e, 7))
         return context.get_dummy_value()
 
-    return types.void(place, motion, first, second, q, b, period, frequency), generate
+    return types.void(place, motion, first, second, q, b, period, frequency, elastic), generate
 
 
 @intrinsic
-def scatter_lanes(typing, loads, first, second, q, b):
+def scatter_lanes(typing, loads, first, second, q, b, elastic):
     """Scatter the loads of LANES pairs from slot q on."""
 
     def generate(context, builder, signature, args):
-        emit_scatter(Emitter(context, builder, signature, args), own_twist_of_j=False)
+        emit_scatter(Emitter(context, builder, signature, args), elastic != types.none)
         return context.get_dummy_value()
 
-    return types.void(loads, first, second, q, b), generate
-
-
-@intrinsic
-def scatter_lanes_rolling(typing, loads, first, second, q, b):
-    """Scatter the loads of LANES pairs whose torques differ on i and j."""
-
-    def generate(context, builder, signature, args):
-        emit_scatter(Emitter(context, builder, signature, args), own_twist_of_j=True)
-        return context.get_dummy_value()
-
-    return types.void(loads, first, second, q, b), generate
+    return types.void(loads, first, second, q, b, elastic), generate
 
 
 @intrinsic
@@ -450,21 +428,21 @@ def largest(e, vector):
 
 
 @lean_jit
-def gather_pairs(grains, first, second, n, b):
+def gather_pairs(grains, first, second, n, b, elastic):
     """As `dem.pairs.gather_pairs`."""
     whole = n - n % LANES
     for q in range(0, whole, LANES):
-        gather_lanes(grains.place, grains.motion, first, second, q, b)
-    pairs.gather_pairs(grains, first[whole:], second[whole:], n - whole, b[whole:])
+        gather_lanes(grains.place, grains.motion, first, second, q, b, elastic)
+    pairs.gather_pairs(grains, first[whole:], second[whole:], n - whole, b[whole:], elastic)
 
 
 @lean_jit
-def gather_periodic_pairs(grains, period, frequency, first, second, n, b):
+def gather_periodic_pairs(grains, period, frequency, first, second, n, b, elastic):
     """As `dem.pairs.gather_periodic_pairs`."""
     whole = n - n % LANES
     for q in range(0, whole, LANES):
-        gather_lanes_periodic(grains.place, grains.motion, first, second, q, b, period, frequency)
-    pairs.gather_periodic_pairs(grains, period, frequency, first[whole:], second[whole:], n - whole, b[whole:])
+        gather_lanes_periodic(grains.place, grains.motion, first, second, q, b, period, frequency, elastic)
+    pairs.gather_periodic_pairs(grains, period, frequency, first[whole:], second[whole:], n - whole, b[whole:], elastic)
 
 
 @lean_jit
@@ -486,30 +464,12 @@ def scatter_at_wall(loads, first, n, b):
 
 
 @lean_jit
-def gather_rolling(grains, first, second, n, b):
-    """As `dem.pairs.gather_rolling`."""
-    whole = n - n % LANES
-    for q in range(0, whole, LANES):
-        gather_lanes_rolling(grains.motion, first, second, q, b)
-    pairs.gather_rolling(grains, first[whole:], second[whole:], n - whole, b[whole:])
-
-
-@lean_jit
-def scatter_pairs(loads, first, second, n, b):
+def scatter_pairs(loads, first, second, n, b, elastic):
     """As `dem.pairs.scatter_pairs`."""
     whole = n - n % LANES
     for q in range(0, whole, LANES):
-        scatter_lanes(loads, first, second, q, b)
-    pairs.scatter_pairs(loads, first[whole:], second[whole:], n - whole, b[whole:])
-
-
-@lean_jit
-def scatter_rolling(loads, first, second, n, b):
-    """As `dem.pairs.scatter_rolling`."""
-    whole = n - n % LANES
-    for q in range(0, whole, LANES):
-        scatter_lanes_rolling(loads, first, second, q, b)
-    pairs.scatter_rolling(loads, first[whole:], second[whole:], n - whole, b[whole:])
+        scatter_lanes(loads, first, second, q, b, elastic)
+    pairs.scatter_pairs(loads, first[whole:], second[whole:], n - whole, b[whole:], elastic)
 
 
 @exact_jit

@@ -14,6 +14,7 @@ from dem.layout import (
     PLACE,
     RADIUS,
     RESIST,
+    SECOND_SPIN,
     SPEEDS,
     UX,
     VX,
@@ -23,7 +24,7 @@ from dem.layout import (
 
 PRECISIONS = [np.float32, np.float64]
 #: Rows of the work buffer that a scatter reads lie among all of them; a gather writes these.
-GATHERED, DIFFERENCES = range(10), range(10, 13)
+GATHERED, SECOND_SPINS = range(10), range(SECOND_SPIN, SECOND_SPIN + 3)
 #: What stands beside velocities in the remainder record; zeros in the motion record.
 BESIDE = [INVERSE_MASS, FREE]
 
@@ -60,44 +61,44 @@ def close(a, b, precision):
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("elastic", [None, True])
 @pytest.mark.parametrize("n_pairs", [1, 15, 16, 17, 100, BLOCK])
-def test_gather(n_pairs, precision):
+def test_gather(n_pairs, elastic, precision):
     grains, (first, second) = random_grains(50, 1, precision), random_pairs(50, n_pairs, 2)
     plain, vector = (aligned_zeros(BUFFER * BLOCK, precision) for _ in range(2))
     for module, b in ((pairs, plain), (vectors, vector)):
-        module.gather_pairs(grains, first, second, n_pairs, b)
-        module.gather_rolling(grains, first, second, n_pairs, b)
-    for row in (*GATHERED, *DIFFERENCES):
+        module.gather_pairs(grains, first, second, n_pairs, b, elastic)
+    for row in GATHERED if elastic is None else (*GATHERED, *SECOND_SPINS):
         a, b = (x.reshape(BUFFER, BLOCK)[row, :n_pairs] for x in (plain, vector))
         assert np.abs(a).max() > 0
         assert close(a, b, precision)
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
-def test_gather_by_nearest_image(precision):
+@pytest.mark.parametrize("elastic", [None, True])
+def test_gather_by_nearest_image(elastic, precision):
     n_pairs = 200
     grains, (first, second) = random_grains(50, 3, precision), random_pairs(50, n_pairs, 4)
     period, frequency = np.array([0.0, 15e-4, 10e-4]), np.array([0.0, 1 / 15e-4, 1 / 10e-4])
     plain, vector = (aligned_zeros(BUFFER * BLOCK, precision) for _ in range(2))
-    pairs.gather_periodic_pairs(grains, period, frequency, first, second, n_pairs, plain)
-    vectors.gather_periodic_pairs(grains, period, frequency, first, second, n_pairs, vector)
-    for row in GATHERED:
+    pairs.gather_periodic_pairs(grains, period, frequency, first, second, n_pairs, plain, elastic)
+    vectors.gather_periodic_pairs(grains, period, frequency, first, second, n_pairs, vector, elastic)
+    for row in GATHERED if elastic is None else (*GATHERED, *SECOND_SPINS):
         a, b = (x.reshape(BUFFER, BLOCK)[row, :n_pairs] for x in (plain, vector))
         assert close(a, b, precision)
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize("name", ["scatter_pairs", "scatter_rolling"])
+@pytest.mark.parametrize("elastic", [None, True])
 @pytest.mark.parametrize("n_pairs", [1, 16, 37, BLOCK])
-def test_scatter(name, n_pairs, precision):
+def test_scatter(n_pairs, elastic, precision):
     first, second = random_pairs(50, n_pairs, 5)
     buffer = np.random.default_rng(6).normal(0, 1, BUFFER * BLOCK).astype(precision)
     plain, vector = (aligned_zeros(LOAD * 50, precision) for _ in range(2))
-    getattr(pairs, name)(plain, first, second, n_pairs, buffer)
-    getattr(vectors, name)(vector, first, second, n_pairs, buffer)
-    used = np.arange(LOAD * 50) % LOAD < (LOAD if name == "scatter_pairs" else RESIST)
-    assert np.abs(plain[used]).max() > 0
-    assert close(plain[used], vector[used], precision)
+    pairs.scatter_pairs(plain, first, second, n_pairs, buffer, elastic)
+    vectors.scatter_pairs(vector, first, second, n_pairs, buffer, elastic)
+    assert np.abs(plain).max() > 0
+    assert close(plain, vector, precision)
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)

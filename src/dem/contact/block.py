@@ -11,7 +11,6 @@ import math
 
 from dem.contact.hertz import normal_force
 from dem.contact.mindlin import slip
-from dem.contact.rolling import plastic_factor
 from dem.jit import lean_jit
 from dem.layout import BLOCK as B
 from dem.layout import (
@@ -20,8 +19,6 @@ from dem.layout import (
     D_T,
     FORCE,
     INV_ARM2,
-    INV_R_I,
-    INV_R_J,
     INV_R_SUM,
     K_N,
     K_T,
@@ -29,16 +26,17 @@ from dem.layout import (
     MU_S,
     NORMAL,
     PUSH,
-    R_STAR,
     RESISTANCE,
+    ROLLING_SHARE,
+    SECOND_SPIN,
     TWIST,
     TWIST_J,
 )
 
 
 @lean_jit
-def contact_stage(n, b, c, h, dt, one, zero, tiny, least):
-    """Loads of n contacts with type A rolling.
+def contact_stage(n, b, c, h, dt, one, zero, tiny, least, elastic):
+    """Loads of n contacts.
 
     Two short loops instead of a long one: a processor works on several contacts' chains of operations at a time only while they
     fit into its window.
@@ -48,9 +46,10 @@ def contact_stage(n, b, c, h, dt, one, zero, tiny, least):
     n : contacts in the block. b : work buffer. c : their pair constants. h : their history, which is updated.
     dt, one, zero, tiny : time step and constants in the contact precision (a plain literal would promote to float64).
     least : smallest normal force; zero where contacts must not pull, else far below any force.
+    elastic : None for type A rolling, anything else for type C (the other branch is then not even compiled).
     """
     normal_loop(n, b, c, one, zero, tiny, least)
-    tangential_loop(n, b, c, h, dt, one, zero, tiny)
+    tangential_loop(n, b, c, h, dt, one, zero, tiny, elastic)
 
 
 @lean_jit
@@ -93,8 +92,8 @@ def normal_loop(n, b, c, one, zero, tiny, least):
 
 
 @lean_jit
-def tangential_loop(n, b, c, h, dt, one, zero, tiny):
-    """Tangential force of spring and dashpot; force, Q and rolling resistance."""
+def tangential_loop(n, b, c, h, dt, one, zero, tiny, elastic):
+    """Tangential force of spring and dashpot, rolling; force, Q and rolling resistance."""
     for q in range(n):
         ax = b[q]
         ay = b[B + q]
@@ -110,7 +109,8 @@ def tangential_loop(n, b, c, h, dt, one, zero, tiny):
         sx = h[q]
         sy = h[B + q]
         sz = h[2 * B + q]
-        turned = (sx * ax + sy * ay + sz * az) * b[INV_ARM2 * B + q]
+        inv_arm2 = b[INV_ARM2 * B + q]
+        turned = (sx * ax + sy * ay + sz * az) * inv_arm2
         sx += tx * dt - turned * ax
         sy += ty * dt - turned * ay
         sz += tz * dt - turned * az
@@ -131,47 +131,43 @@ def tangential_loop(n, b, c, h, dt, one, zero, tiny):
         b[FORCE * B + q] = push * ax - fx
         b[(FORCE + 1) * B + q] = push * ay - fy
         b[(FORCE + 2) * B + q] = push * az - fz
-        b[TWIST * B + q] = ay * fz - az * fy
-        b[(TWIST + 1) * B + q] = az * fx - ax * fz
-        b[(TWIST + 2) * B + q] = ax * fy - ay * fx
-        b[RESISTANCE * B + q] = pressing * c[MU_R * B + q]
+        qx = ay * fz - az * fy
+        qy = az * fx - ax * fz
+        qz = ax * fy - ay * fx
+        resistance = pressing * c[MU_R * B + q]
+        if elastic is None:
+            b[RESISTANCE * B + q] = resistance
+        else:
+            rx, ry, rz = rolling_force(q, b, c, h, ax, ay, az, S_t, inv_arm2, resistance, dt, one, tiny)
+            p_i = c[ROLLING_SHARE * B + q]
+            qx -= p_i * rx
+            qy -= p_i * ry
+            qz -= p_i * rz
+            b[TWIST_J * B + q] = qx + rx
+            b[(TWIST_J + 1) * B + q] = qy + ry
+            b[(TWIST_J + 2) * B + q] = qz + rz
+            b[RESISTANCE * B + q] = zero
+        b[TWIST * B + q] = qx
+        b[(TWIST + 1) * B + q] = qy
+        b[(TWIST + 2) * B + q] = qz
 
 
 @lean_jit
-def rolling_stage(n, b, c, h, dt, one, zero, tiny):
-    """Elastic-plastic rolling moments of n contacts, after `contact_stage`: type C in place of type A."""
-    half = one / (one + one)
-    for q in range(n):
-        ax = b[q]
-        ay = b[B + q]
-        az = b[2 * B + q]
-        S_t = b[3 * B + q]
-        turn_i = half * dt * c[INV_R_I * B + q]  # of u_i = (sum + difference) / 2
-        turn_j = half * dt * c[INV_R_J * B + q]
-        both, differ = turn_i - turn_j, turn_i + turn_j
-        wx = b[7 * B + q] * both + b[10 * B + q] * differ + h[3 * B + q]
-        wy = b[8 * B + q] * both + b[11 * B + q] * differ + h[4 * B + q]
-        wz = b[9 * B + q] * both + b[12 * B + q] * differ + h[5 * B + q]
-        turned = (wx * ax + wy * ay + wz * az) * b[INV_ARM2 * B + q]
-        wx -= turned * ax
-        wy -= turned * ay
-        wz -= turned * az
-        R_star = c[R_STAR * B + q]
-        limit = b[RESISTANCE * B + q] / (S_t * R_star)  # of the angle: mu_r F_n R* over k_r = S_t R*^2
-        factor = plastic_factor(wx * wx + wy * wy + wz * wz, limit, one, tiny)
-        wx *= factor
-        wy *= factor
-        wz *= factor
-        h[3 * B + q] = wx
-        h[4 * B + q] = wy
-        h[5 * B + q] = wz
-        k_r = S_t * R_star * R_star
-        k_i = k_r * c[INV_R_I * B + q]
-        k_j = k_r * c[INV_R_J * B + q]
-        b[TWIST_J * B + q] = b[TWIST * B + q] + k_j * wx
-        b[(TWIST_J + 1) * B + q] = b[(TWIST + 1) * B + q] + k_j * wy
-        b[(TWIST_J + 2) * B + q] = b[(TWIST + 2) * B + q] + k_j * wz
-        b[TWIST * B + q] -= k_i * wx
-        b[(TWIST + 1) * B + q] -= k_i * wy
-        b[(TWIST + 2) * B + q] -= k_i * wz
-        b[RESISTANCE * B + q] = zero
+def rolling_force(q, b, c, h, ax, ay, az, S_t, inv_arm2, limit, dt, one, tiny):
+    """Force of the rolling spring of contact q, at most `limit`; its length in h is renewed (type C, see `dem.contact.rolling`)."""
+    p_i = c[ROLLING_SHARE * B + q]
+    sx = h[3 * B + q] + dt * (p_i * b[7 * B + q] - b[SECOND_SPIN * B + q])
+    sy = h[4 * B + q] + dt * (p_i * b[8 * B + q] - b[(SECOND_SPIN + 1) * B + q])
+    sz = h[5 * B + q] + dt * (p_i * b[9 * B + q] - b[(SECOND_SPIN + 2) * B + q])
+    turned = (sx * ax + sy * ay + sz * az) * inv_arm2
+    sx -= turned * ax
+    sy -= turned * ay
+    sz -= turned * az
+    factor = slip(S_t * S_t * (sx * sx + sy * sy + sz * sz), limit, one, tiny)
+    sx *= factor
+    sy *= factor
+    sz *= factor
+    h[3 * B + q] = sx
+    h[4 * B + q] = sy
+    h[5 * B + q] = sz
+    return S_t * sx, S_t * sy, S_t * sz

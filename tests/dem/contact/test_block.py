@@ -4,7 +4,24 @@ import numpy as np
 import pytest
 
 from dem.contact.block import contact_stage
-from dem.layout import BLOCK, BUFFER, C_N, C_T, CONSTANTS, FORCE, INV_R_SUM, K_N, K_T, MU_S
+from dem.layout import (
+    BLOCK,
+    BUFFER,
+    C_N,
+    C_T,
+    CONSTANTS,
+    FORCE,
+    INV_R_SUM,
+    K_N,
+    K_T,
+    MU_R,
+    MU_S,
+    RESISTANCE,
+    ROLLING_SHARE,
+    SECOND_SPIN,
+    TWIST,
+    TWIST_J,
+)
 
 DT = 1e-6
 
@@ -19,7 +36,7 @@ def stage(normal, velocity, spring, mu_s=1e9, overlap=1e-5, radius=1e-3, dashpot
     b[3 * BLOCK] = (2 * radius) ** 2 - apart @ apart
     c[INV_R_SUM * BLOCK], c[K_N * BLOCK], c[K_T * BLOCK], c[C_N * BLOCK], c[C_T * BLOCK] = 1 / (2 * radius), 1e6, 1e6, 0.0, dashpot
     c[MU_S * BLOCK] = mu_s
-    contact_stage(1, b, c, h, DT, 1.0, 0.0, 1e-30, -1e30)
+    contact_stage(1, b, c, h, DT, 1.0, 0.0, 1e-30, -1e30, None)
     return np.array([b[(FORCE + a) * BLOCK] for a in range(3)]), np.array([h[a * BLOCK] for a in range(3)]), normal
 
 
@@ -51,3 +68,29 @@ def test_a_dashpot_beyond_the_limit_is_cut_off_and_leaves_the_spring_alone():
 def test_a_contact_that_opens_forgets_its_spring():
     _, spring, _ = stage((0, 0, 1), velocity=(0.0, 0.0, 0.0), spring=(1e-7, 0.0, 0.0), overlap=-1e-6)
     assert spring == pytest.approx([0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(("mu_r", "slips"), [(1e3, False), (0.01, True)])
+def test_a_rolling_spring_turns_both_grains_back(mu_r, slips):
+    """Type C in its usual form: an angle, k_r = S_t R*^2, at most mu_r F_n R*, opposite and equal torques."""
+    r_i, r_j, overlap, k = 1e-3, 3e-3, 1e-5, 1e6
+    R_star, S_t, f_n = r_i * r_j / (r_i + r_j), k * np.sqrt(overlap), k * overlap**1.5
+    w_i, w_j, before = np.array([2.0, -1.0, 5.0]), np.array([0.5, 3.0, 4.0]), np.array([1e-3, 2e-3, 0.0])
+    b, c, h = np.zeros(BUFFER * BLOCK), np.zeros(CONSTANTS * BLOCK), np.zeros(6 * BLOCK)
+    apart = np.array([0.0, 0.0, r_i + r_j - overlap])
+    for a in range(3):
+        b[a * BLOCK], b[(7 + a) * BLOCK] = apart[a], r_i * w_i[a] + r_j * w_j[a]
+        b[(SECOND_SPIN + a) * BLOCK], h[(3 + a) * BLOCK] = r_j * w_j[a], R_star * before[a]
+    b[3 * BLOCK] = (r_i + r_j) ** 2 - apart @ apart
+    c[INV_R_SUM * BLOCK], c[K_N * BLOCK], c[K_T * BLOCK], c[MU_R * BLOCK] = 1 / (r_i + r_j), k, k, mu_r
+    c[ROLLING_SHARE * BLOCK] = R_star / r_i
+    contact_stage(1, b, c, h, DT, 1.0, 0.0, 1e-30, -1e30, True)  # without sliding friction: rolling alone turns the grains
+    angle = (before + (w_i - w_j) * DT) * [1.0, 1.0, 0.0]
+    largest = mu_r * f_n * R_star / (S_t * R_star**2)
+    assert (np.linalg.norm(angle) > largest) == slips
+    angle *= min(1.0, largest / np.linalg.norm(angle))
+    assert np.array([h[(3 + a) * BLOCK] for a in range(3)]) == pytest.approx(R_star * angle)
+    moment = S_t * R_star**2 * angle
+    assert np.array([b[(TWIST + a) * BLOCK] for a in range(3)]) == pytest.approx(-moment / r_i)
+    assert np.array([b[(TWIST_J + a) * BLOCK] for a in range(3)]) == pytest.approx(moment / r_j)
+    assert b[RESISTANCE * BLOCK] == 0.0
