@@ -2,7 +2,8 @@
 
     python benchmarks/scale.py [largest number of grains]
 
-A bed of grains comes to rest in a wide box; the paper's base set, type A. The last line is JSON.
+A bed of the paper's base set (type A), endless by periodic faces, comes to rest once; the larger beds are made of copies of it, so
+that every grain has the same neighbours in all of them. The last line is JSON.
 """
 
 import json
@@ -15,39 +16,46 @@ import numpy as np
 from dem import Box, BoxRegion, Factory, Interaction, Material, Simulation, Sizes
 
 RADIUS_M = 50e-6
-DEPTH_GRAINS = 24
-SETTLE_S = 0.04
+TILE_GRAINS, DEPTH_GRAINS = 3000, 24
+SIDE_M = RADIUS_M * np.sqrt(TILE_GRAINS / DEPTH_GRAINS * 4.0)
+SETTLE_S, AGAIN_STEPS = 0.2, 2000
 WINDOW_S = 1.5
+#: Copies along x and y.
+COPIES = ((1, 1), (2, 2), (3, 3), (6, 6), (10, 10))
 
 
-def bed(n_grains: int, threads: int) -> Simulation:
-    """Grains dropped into a box, some DEPTH_GRAINS deep, nearly at rest."""
-    side = RADIUS_M * np.sqrt(n_grains / DEPTH_GRAINS * 4.0)
-    half = 0.5 * side
-    walls = [
-        Box(name="floor", material="soil", low_m=(-half, -half, 0.0), high_m=(half, half, 0.0)),
-        *(
-            Box(name=f"{axis}{sign:+d}", material="soil", low_m=low, high_m=high)
-            for axis, sign, low, high in (
-                ("x", -1, (-half, -half, 0.0), (-half, half, 1.0)),
-                ("x", 1, (half, -half, 0.0), (half, half, 1.0)),
-                ("y", -1, (-half, -half, 0.0), (half, -half, 1.0)),
-                ("y", 1, (-half, half, 0.0), (half, half, 1.0)),
-            )
-        ),
-    ]
-    simulation = Simulation(
+def empty_bed(copies: tuple[int, int], threads: int) -> Simulation:
+    """A floor, endless along x and y."""
+    far = 2.0 * SIDE_M * max(copies)
+    return Simulation(
         materials={"soil": Material(density_kg_m3=3000.0, poisson_ratio=0.2, shear_modulus_pa=5e5)},
         interactions={("soil", "soil"): Interaction(restitution=0.5, static_friction=0.3, rolling_friction=0.1)},
         smallest_radius_m=RADIUS_M,
-        walls=walls,
+        walls=[Box(name="floor", material="soil", low_m=(-far, -far, 0.0), high_m=(far, far, 0.0))],
+        period_m=(copies[0] * SIDE_M, copies[1] * SIDE_M, 0.0),
         time_step_rayleigh_ratio=0.2,
         threads=threads,
     )
-    region = BoxRegion(low_m=(-half, -half), high_m=(half, half), bottom_m=0.0)
-    sizes = Sizes(mean_m=RADIUS_M)
-    simulation.add_factory(Factory(n_grains=n_grains, region=region, sizes=sizes, material="soil", seed=1))
+
+
+def settled_tile() -> Simulation:
+    """TILE_GRAINS grains at rest, some DEPTH_GRAINS deep."""
+    simulation = empty_bed((1, 1), threads=1)
+    region = BoxRegion(low_m=(0.0, 0.0), high_m=(SIDE_M, SIDE_M), bottom_m=0.0)
+    simulation.add_factory(Factory(n_grains=TILE_GRAINS, region=region, sizes=Sizes(mean_m=RADIUS_M), material="soil", seed=1))
     simulation.run(SETTLE_S)
+    return simulation
+
+
+def bed(tile: Simulation, copies: tuple[int, int], threads: int) -> Simulation:
+    """Copies of a tile side by side, at rest again."""
+    simulation = empty_bed(copies, threads)
+    grains = tile.grains
+    for x in range(copies[0]):
+        for y in range(copies[1]):
+            places = grains.positions_m + [x * SIDE_M, y * SIDE_M, 0.0]
+            simulation.add_grains(places, grains.radii_m, "soil", grains.velocities_m_s)
+    simulation.advance(AGAIN_STEPS)
     return simulation
 
 
@@ -80,18 +88,19 @@ def memory_bytes(simulation: Simulation) -> int:
 def main() -> None:
     """Measure and print."""
     largest = int(sys.argv[1]) if len(sys.argv) > 1 else 300_000
-    rows = []
-    for n in [n for n in (3000, 10_000, 30_000, 100_000, 300_000) if n <= largest]:
-        simulation = bed(n, threads=1)
-        samples = [speed(simulation) for _ in range(4)]
+    tile, rows = settled_tile(), []
+    for copies in [copies for copies in COPIES if TILE_GRAINS * np.prod(copies) <= largest]:
+        simulation = bed(tile, copies, threads=1)
+        n, samples = simulation.n_grains, [speed(simulation) for _ in range(4)]
         rows.append({"grains": n, "m_grain_steps_per_s": round(float(np.median(samples)), 1)})
         rows[-1]["bytes_per_grain"] = round(memory_bytes(simulation) / n)
         print(rows[-1], flush=True)
     growth = rows[0]["m_grain_steps_per_s"] / rows[-1]["m_grain_steps_per_s"]
     print(f"cost per grain-step grows by {growth:.2f} from {rows[0]['grains']} to {rows[-1]['grains']} grains")
 
-    n, threads = min(largest, 100_000), min(2, os.cpu_count())
-    beds = {k: bed(n, threads=k) for k in (1, threads)}
+    n, threads = min(rows[-1]["grains"], 108_000), min(2, os.cpu_count())
+    copies = next(copies for copies in COPIES if TILE_GRAINS * np.prod(copies) == n)
+    beds = {k: bed(tile, copies, threads=k) for k in (1, threads)}
     pairs = [(speed(beds[1]), speed(beds[threads])) for _ in range(6)]
     ratios = [several / one for one, several in pairs]
     print(f"{n} grains on {threads} threads: {np.median(ratios):.2f} times one thread ({min(ratios):.2f} to {max(ratios):.2f})")

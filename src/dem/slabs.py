@@ -14,6 +14,10 @@ from dem.neighbours import prune_slab, save_history, used_slabs
 #: Neighbouring slabs are done in turn, in so many groups that may run side by side if their numbers are both even or both odd.
 GROUPS = 16
 
+#: With so many slabs the grains no longer stay in the second-level cache from step to step: those of the following slab are then
+#: asked for while this one's contacts are computed, so many blocks before the contacts at the same place in their slab need them.
+PREFETCH_SLABS, BLOCKS_AHEAD = 5, 3
+
 
 @lean_jit
 def gather(grains, period, frequency, first, second, n, buffer, options, elastic):
@@ -66,12 +70,19 @@ def contact_loads(n, k0, buffer, contacts, constants, elastic):
 
 
 @lean_jit
-def slab_forces(s, grains, loads, contacts, period, frequency, buffer, constants, options, elastic):
+def slab_forces(s, grains, loads, contacts, outer, period, frequency, buffer, constants, options, elastic):
     """Loads of the contacts of one slab. elastic : None or else, as `dem.contact.block.contact_stage` has it."""
-    begin = contacts.begin[s]
-    end = begin + contacts.count[s]
+    begin, count = contacts.begin[s], contacts.count[s]
+    end = begin + count
+    used = used_slabs(outer.slab)
+    following = outer.order[outer.slab[(s + 1) % used] : outer.slab[(s + 1) % used + 1]]
+    asked = 0
     for k0 in range(begin, end, BLOCK):
         n = min(k0 + BLOCK, end) - k0
+        if options.vector_code and used >= PREFETCH_SLABS:
+            until = following.shape[0] * min(k0 - begin + BLOCKS_AHEAD * BLOCK, count) // count
+            vectors.prefetch(grains, loads, following[asked:until])
+            asked = until
         first = contacts.first[k0 : k0 + n]
         second = contacts.second[k0 : k0 + n]
         gather(grains, period, frequency, first, second, n, buffer, options, elastic)
@@ -103,9 +114,9 @@ def group_step(g, moves, grains, loads, contacts, outer, period, frequency, grav
     begin, end = g * used // groups, (g + 1) * used // groups
     for s in range(begin, end):
         if options.elastic_rolling:
-            slab_forces(s, grains, loads, contacts, period, frequency, buffer, constants, options, True)
+            slab_forces(s, grains, loads, contacts, outer, period, frequency, buffer, constants, options, True)
         else:
-            slab_forces(s, grains, loads, contacts, period, frequency, buffer, constants, options, None)
+            slab_forces(s, grains, loads, contacts, outer, period, frequency, buffer, constants, options, None)
         if moves and (s > begin or g % 2 == 1 or used == 1):
             move_slab(s, grains, loads, outer, gravity, speeds, constants, options)
     if moves and g % 2 == 1:

@@ -8,11 +8,12 @@ LLVM translates the fixed vector lengths to what the processor has. Lane pattern
 
 import math
 
+import numpy as np
 from llvmlite import ir
 
 from dem import motion, pairs
 from dem.jit import cgutils, exact_jit, intrinsic, lean_jit, types
-from dem.layout import BLOCK, FORCE, FREE, INVERSE_MASS, LOAD, MOTION, PLACE, RESISTANCE, SPEEDS, TWIST, TWIST_J, UX
+from dem.layout import BLOCK, FORCE, FREE, INVERSE_MASS, LOAD, MOTION, PLACE, RESISTANCE, SPEEDS, TWIST, TWIST_J, UX, U
 
 LANES = 16
 #: So many grains are integrated side by side, in so many groups one after another.
@@ -259,6 +260,22 @@ def emit_scatter(e, elastic):
 
 
 @intrinsic
+def ask_for(typing, array, index):
+    """Ask for the cache line of an element, so that it comes to the second-level cache while other work goes on."""
+
+    def generate(context, builder, signature, args):
+        pointer = builder.gep(Emitter(context, builder, signature, args).array(0)[0], [args[1]])
+        byte = ir.IntType(8).as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), [byte, INT32, INT32, INT32])
+        function = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0i8")
+        to_read, second_level, data = (ir.Constant(INT32, k) for k in (0, 2, 1))
+        builder.call(function, [builder.bitcast(pointer, byte), to_read, second_level, data])
+        return context.get_dummy_value()
+
+    return types.void(array, index), generate
+
+
+@intrinsic
 def gather_lanes(typing, place, motion, first, second, q, b, elastic):
     """Gather LANES pairs from slot q on."""
 
@@ -425,6 +442,17 @@ def largest(e, vector):
         vector = e.call("maxnum", e.pick(vector, vector, range(half)), e.pick(vector, vector, range(half, 2 * half)))
     value = e.b.extract_element(vector, ir.Constant(INT32, 0))
     return value if vector.type.element == DOUBLE else e.b.fpext(value, DOUBLE)
+
+
+@lean_jit
+def prefetch(grains, loads, which):
+    """Ask for what contacts need of the grains of the numbers `which`, array by array: in most cases neighbours in memory."""
+    for k in range(which.shape[0]):
+        ask_for(grains.place, np.uint64(which[k]) * U[PLACE])
+    for k in range(which.shape[0]):
+        ask_for(grains.motion, np.uint64(which[k]) * U[MOTION])
+    for k in range(which.shape[0]):
+        ask_for(loads, np.uint64(which[k]) * U[LOAD])
 
 
 @lean_jit
