@@ -13,6 +13,8 @@ from dem.layout import (
     MOTION,
     PLACE,
     QX,
+    QY,
+    QZ,
     RADIUS,
     RESIST,
     RESISTANCE,
@@ -121,16 +123,25 @@ def scatter_at_wall(loads, first, n, b):
 @lean_jit
 def scatter_pairs(loads, first, second, n, b, elastic):
     """Add the loads of n pairs to their grains; with type C the torques on i and j differ."""
-    twist_j = TWIST if elastic is None else TWIST_J
     for q in range(n):
         i = np.uint64(first[q] * LOAD)
         j = np.uint64(second[q] * LOAD)
-        for t in range(3):
-            f = b[(FORCE + t) * B + q]
-            loads[i + U[t]] += f
-            loads[i + U[QX + t]] += b[(TWIST + t) * B + q]
-            loads[j + U[t]] -= f
-            loads[j + U[QX + t]] += b[(twist_j + t) * B + q]
+        fx, fy, fz = b[FORCE * B + q], b[(FORCE + 1) * B + q], b[(FORCE + 2) * B + q]
+        qx, qy, qz = b[TWIST * B + q], b[(TWIST + 1) * B + q], b[(TWIST + 2) * B + q]
         resist = b[RESISTANCE * B + q]
+        loads[i] += fx
+        loads[i + U[1]] += fy
+        loads[i + U[2]] += fz
+        loads[i + U[QX]] += qx
+        loads[i + U[QY]] += qy
+        loads[i + U[QZ]] += qz
         loads[i + U[RESIST]] += resist
+        if elastic is not None:
+            qx, qy, qz = b[TWIST_J * B + q], b[(TWIST_J + 1) * B + q], b[(TWIST_J + 2) * B + q]
+        loads[j] -= fx
+        loads[j + U[1]] -= fy
+        loads[j + U[2]] -= fz
+        loads[j + U[QX]] += qx
+        loads[j + U[QY]] += qy
+        loads[j + U[QZ]] += qz
         loads[j + U[RESIST]] += resist

@@ -12,7 +12,8 @@ Written here with the spring's length s = R* theta and the rolling velocity v_r 
     S_t |s| <= mu_r F_n                (else s is shortened to it, as a tangential spring)
     Q_i = -p_i S_t s,   Q_j = p_j S_t s  (torque over radius)
 
-On a wall p_i = 1. The spring turns with the contact: its part along the normal is dropped.
+On a wall p_i = 1. The spring turns with the contact: its part along the normal is dropped. So nothing resists twisting: a grain
+that stands on a single other one may spin about the normal for ever.
 """
 
 import math
