@@ -34,8 +34,8 @@ RIDE_S = 1.5
 #: tell of a single grain that tips over slowly, as type C lets them.
 QUIET_M_S = 1e-5 * float(np.sqrt(GRAVITY_M_S2 * RADIUS_M))
 
-#: Heaps are tried in this order until one comes to rest.
-HEAP_SEEDS = (1, 2, 3)
+#: Heaps are tried in this order until one comes to rest; with type A the first has to, as it brakes every spin.
+HEAP_SEEDS = {"type_a": (1,), "type_c": (1, 2, 3)}
 
 
 def checks() -> list[Check]:
@@ -138,7 +138,8 @@ def heap(model: str) -> list[Check]:
     Type C resists no twisting: a grain that stands on a single other one may spin about the normal for ever, and rolls in a circle.
     That heap has not come to rest. The next seed's is watched in its place, and the note tells; so does the check if all are so.
     """
-    for seed in HEAP_SEEDS:
+    seeds = HEAP_SEEDS[model]
+    for seed in seeds:
         simulation = under_gravity(rolling_model=model, precision="float32")
         pour(simulation, dem.TubeRegion(radius_m=12.0 * RADIUS_M, bottom_m=0.0), 300, seed=seed)
         settle(simulation)
@@ -147,7 +148,7 @@ def heap(model: str) -> list[Check]:
             break
     run = record(simulation, 1, round(WATCH_S / TIME_STEP_S))
     note = f"over {WATCH_S:g} s, from {CALM_S:g} s after rest" + (
-        f"; seed {seed}, a grain of the heaps before was not at rest within {LONGEST_S:g} s" if seed > HEAP_SEEDS[0] else ""
+        f"; seed {seed}, a grain of the heaps before was not at rest within {LONGEST_S:g} s" if seed > seeds[0] else ""
     )
     return drift(f"heap of 300 grains, {model}", run.positions_m, note)
 
