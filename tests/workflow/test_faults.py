@@ -296,8 +296,9 @@ def test_two_campaigns_in_one_folder(reference, project):
     forget(project, 2)
     head = started(project, *MEASURED)
     assert running(head, project)
-    shutil.copy(project / "output", project / "first")
+    os.kill(head.pid, signal.SIGSTOP)  # held: where the second starts slowly, the first would have ended before
     status, output = ended(project, *MEASURED)
+    os.kill(head.pid, signal.SIGCONT)
     assert status != 0
     assert "Directory cannot be locked" in output
     assert head.wait() == 0
