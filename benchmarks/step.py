@@ -48,9 +48,14 @@ def scatter(n, loads, contacts, buffer):
 @jit
 def wall(n, grains, loads, wall_arrays, contacts, buffer, constants, options, dt, glued, carrier):
     """Wall contacts and the walls' motion n times."""
-    places = np.empty(4 * BLOCK)
+    n_walls = wall_arrays.kind.shape[0]
+    wall_steps = slabs.WallSteps(np.empty((1, n_walls, 7)), np.zeros((1, n_walls, 3)), np.empty((1, 4 * BLOCK)))
     for _ in range(n):
-        loop.wall_forces(grains, loads, wall_arrays, contacts, buffer, places, constants, options)
+        walls.later(wall_arrays, dt, wall_steps.geometry)
+        slabs.wall_forces(
+            0, 0, grains, loads, wall_arrays, contacts, wall_steps, buffer, wall_steps.places[0], constants, options, None
+        )
+        loop.sum_wall_forces(wall_arrays, wall_steps.force, 1)
         carry_glued(grains, loads, wall_arrays, glued, carrier)
         walls.move_walls(wall_arrays, dt)
 
@@ -125,7 +130,7 @@ def profile(s) -> dict[str, float]:
     lists = (s._pair_table, n_materials, s._material)
     neighbours.common_constants(s._grains, s._contacts, *lists)
     slabs.prune(s._grains, s._period, frequency, False, s._pairs, reach, s._contacts, *lists)
-    neighbours.prune_walls(s._grains, s._walls, s._wall_pairs, reach, s._wall_contacts, *lists)
+    neighbours.prune_walls(s._grains, s._walls, s._wall_pairs, np.empty(0, np.int32), reach, s._wall_contacts, *lists)
     *grains, loads = (copied(values, quarter) for quarter, values in enumerate((*s._grains, s._loads)))
     grains, buffer = GrainArrays(*grains), s._buffers[0]
     on_walls = (s._walls, s._wall_contacts, buffer, constants, s._options)

@@ -299,8 +299,8 @@ def note_step(grains, period, frequency, contacts, walls, wall_contacts, constan
     entries[KINETIC : KINETIC_AFTER + 1] = 0.0
     for s in range(SLABS):
         note_contacts(contacts, s, None, grains, period, frequency, ledger.pairs, entries, constants, type_c)
-    for w in range(walls.kind.shape[0]):
-        note_contacts(wall_contacts, w, walls, grains, period, frequency, ledger.walls, entries, constants, type_c)
+    for part in range(wall_contacts.count.shape[0]):
+        note_contacts(wall_contacts, part, walls, grains, period, frequency, ledger.walls, entries, constants, type_c)
 
 
 @jit
@@ -310,8 +310,9 @@ def book_step(grains, loads, contacts, walls, wall_contacts, gravity, dt, ledger
     book_grains(grains, loads, gravity, dt, mean, entries)
     for s in range(SLABS):
         book_contacts(contacts, s, None, mean, ledger.pairs, entries, dt)
+    for part in range(wall_contacts.count.shape[0]):
+        book_contacts(wall_contacts, part, walls, mean, ledger.walls, entries, dt)
     for w in range(walls.kind.shape[0]):
-        book_contacts(wall_contacts, w, walls, mean, ledger.walls, entries, dt)
         for t in range(3):
             entries[WORK_OF_WALLS] -= walls.force[w, t] * walls.velocity[w, t] * dt
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from dem import energy, slabs
 from dem.jit import jit, lean_jit
-from dem.layout import BLOCK, PLACE, SECOND_SPIN
+from dem.layout import BLOCK, PLACE
 from dem.motion import carry_glued
 from dem.neighbours import (
     carry_history,
@@ -16,12 +16,13 @@ from dem.neighbours import (
     find_pairs,
     find_wall_pairs,
     frequencies,
-    in_block,
     is_sound,
     prune_walls,
     save_history,
+    slab_numbers,
+    used_slabs,
 )
-from dem.walls import move_walls, push, separate
+from dem.walls import later, move_walls
 
 #: A bound that stands for lists that must be remade (m; finite, because kernels may assume that no value is infinite).
 LISTS_STALE = 1e30
@@ -52,7 +53,7 @@ class OuterList(NamedTuple):
 class Contacts(NamedTuple):
     """The inner list: grain i, grain or wall j, entry of the outer list, and the blocks of constants and history (see `layout`).
 
-    Slab s (in the list for walls: wall s) has count[s] contacts from begin[s] on.
+    Slab s has count[s] contacts from begin[s] on; in the list for walls, slab s has count[p] with wall w, p = s x walls + w.
     alike (1,): whether all contacts have the pair constants in `common` (1, CONSTANTS x BLOCK), and `constants` are not used.
     """
 
@@ -86,35 +87,11 @@ class Constants(NamedTuple):
     least: float
 
 
-@lean_jit
-def wall_forces(grains, loads, walls, contacts, buffer, places, constants, options):
-    """Loads of all grain-wall contacts; `walls.force` is set to this step's forces of the grains on each wall.
-
-    places : (4 BLOCK,) float64, scratch.
-    """
-    walls.force[:] = 0.0
-    for w in range(walls.kind.shape[0]):
-        k, end = contacts.begin[w], contacts.begin[w] + contacts.count[w]
-        while k < end:
-            n = in_block(k, end)
-            first = contacts.first[k : k + n]
-            slabs.gather_at_wall(grains, walls.velocity[w], first, n, buffer, places, options)
-            separate(walls, w, places, n, buffer)
-            if options.elastic_rolling:
-                buffer[SECOND_SPIN * BLOCK : (SECOND_SPIN + 3) * BLOCK] = 0.0  # a wall does not spin
-                slabs.contact_loads(n, k, buffer, contacts, constants, True)
-            else:
-                slabs.contact_loads(n, k, buffer, contacts, constants, None)
-            slabs.scatter_at_wall(loads, first, n, buffer, options)
-            push(walls, w, n, buffer)
-            k += n
-
-
 @jit
 def save_with_walls(contacts, history):
     """Write the history of all contacts with walls back to the outer list, and forget the contacts."""
-    for w in range(contacts.count.shape[0]):
-        save_history(w, contacts, history)
+    for part in range(contacts.count.shape[0]):
+        save_history(part, contacts, history)
 
 
 @jit
@@ -160,6 +137,32 @@ def farthest(grains, origin):
             way += (grains.place[PLACE * i + a] - origin[i, a]) ** 2
         most = max(most, way)
     return math.sqrt(most)
+
+
+@lean_jit
+def steps_within(way, way_per_step, used):
+    """How many steps so many slabs make at once while no grain goes farther than `way` (m) before the last of them.
+
+    The speeds are known only afterwards: each step is reckoned to take twice the way of the step before. Should a grain gain more
+    than that speed in these few steps, a contact that it makes then is felt by so many steps late.
+    """
+    most = slabs.most_steps(used)
+    k = 1
+    while k < most and k * 2.0 * way_per_step <= way:
+        k += 1
+    return k
+
+
+@lean_jit
+def sum_wall_forces(walls, force, used):
+    """Set `walls.force` to the forces of the grains of all used slabs on each wall since the last call."""
+    for w in range(force.shape[1]):
+        for t in range(3):
+            total = 0.0
+            for s in range(used):
+                total += force[s, w, t]
+                force[s, w, t] = 0.0
+            walls.force[w, t] = total
 
 
 @jit
@@ -216,7 +219,7 @@ def refresh_lists(
     if not fits:
         contacts.count[:] = 0
         return CONTACTS_FULL, n_rebuilds
-    prune_walls(grains, walls, wall_pairs, reach, wall_contacts, pair_table, n_materials, material)
+    prune_walls(grains, walls, wall_pairs, slab_numbers(pair_list), reach, wall_contacts, pair_table, n_materials, material)
     return FINISHED, n_rebuilds
 
 
@@ -272,12 +275,18 @@ def advance(
     reason = FINISHED
     done = 0
     mean_force[:] = 0.0
-    places = np.empty(4 * BLOCK)
     # loads on glued grains are the walls', and the ledger books complete loads: then all grains wait for all loads
     moves_at_once = glued.shape[0] == 0 and ledger is None
+    is_driven = walls.kind.shape[0] > 0 and walls.drive_axis.max() >= 0
+    n_walls = walls.kind.shape[0]
+    wall_steps = slabs.WallSteps(
+        np.empty((slabs.STEPS_AT_ONCE, n_walls, 7)),
+        np.zeros((speeds.shape[1], n_walls, 3)),
+        np.empty((buffers.shape[0], 4 * BLOCK)),
+    )
     speeds[:] = 0.0
     common_constants(grains, contacts, pair_table, n_materials, material)
-    for _ in range(n_steps):
+    while done < n_steps:
         if 2.0 * travel > reach:
             list_age[0] += travel
             travel = 0.0
@@ -290,31 +299,38 @@ def advance(
             if reason != FINISHED:
                 break
             n_prunings += 1
+        used, at_once = used_slabs(pair_list.slab), 1
+        if moves_at_once and not is_driven and done > 0:  # after the first step the speeds are known
+            at_once = min(n_steps - done, steps_within(0.5 * reach - travel, fastest * dt, used))
         if ledger is not None:
             energy.note_step(grains, period, frequency, contacts, walls, wall_contacts, constants, ledger, options.elastic_rolling)
-        wall_forces(grains, loads, walls, wall_contacts, buffers[0], places, constants, options)
+        later(walls, dt, wall_steps.geometry[:at_once])
         if parallel is None:
-            slabs.step(
-                moves_at_once, grains, loads, contacts, pair_list, period, frequency, gravity, buffers, speeds, constants, options
-            )
+            slabs.steps(
+                at_once, moves_at_once, grains, loads, contacts, walls, wall_contacts, wall_steps, pair_list, period, frequency,
+                gravity, buffers, speeds, constants, options,
+            )  # fmt: skip
         else:
-            slabs.step_threads(
-                moves_at_once, grains, loads, contacts, pair_list, period, frequency, gravity, buffers, speeds, constants, options
-            )
+            slabs.steps_threads(
+                at_once, moves_at_once, grains, loads, contacts, walls, wall_contacts, wall_steps, pair_list, period, frequency,
+                gravity, buffers, speeds, constants, options,
+            )  # fmt: skip
+        sum_wall_forces(walls, wall_steps.force, used)
         carry_glued(grains, loads, walls, glued, carrier)
         if ledger is not None:
             energy.book_step(grains, loads, contacts, walls, wall_contacts, gravity, dt, ledger)
         mean_force += walls.force
-        wall_speed = move_walls(walls, dt)
         if not moves_at_once:
             if parallel is None:
                 slabs.move(grains, loads, pair_list, gravity, speeds, constants, options)
             else:
                 slabs.move_threads(grains, loads, pair_list, gravity, speeds, constants, options)
-        fastest = speeds.max() + wall_speed
-        travel += fastest * dt
-        list_age[1] += wall_speed * dt
-        done += 1
+        for k in range(at_once):
+            wall_speed = move_walls(walls, dt)
+            fastest = speeds[k].max() + wall_speed
+            travel += fastest * dt
+            list_age[1] += wall_speed * dt
+        done += at_once
         if fastest > speed_limit:
             reason = BLEW_UP
             break

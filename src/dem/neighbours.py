@@ -136,21 +136,26 @@ def sort_into_cells(grains, period, cell, order):
 def cut_slabs(start, shape, slab):
     """Cut the grains in cell order into slabs of whole layers of cells along x: slab s has the ranks slab[s] to slab[s + 1].
 
-    The pairs of a slab touch its own grains and the first layer of the next slab; those of slab 0, across a periodic face, the last
-    layer of all. The last slab has two layers at least, so the slabs of even number share no grain, nor do those of odd number. How
-    many there are depends on the grains alone, not on the number of threads; unused slabs at the end are empty.
+    The pairs of a slab touch its own grains and the first layer of the next slab, which for the last one is slab 0, across a
+    periodic face. The number of slabs is 1 or even: so those of even number share no grain, nor do those of odd number. It depends
+    on the grains alone, not on the number of threads; unused slabs at the end are empty.
     """
     n, layers, area = start[-1], shape[0], shape[1] * shape[2]
-    used = min(SLABS, n // GRAINS_PER_SLAB, layers - 1)
+    used = min(SLABS, n // GRAINS_PER_SLAB, layers)
     used -= used % 2
     slab[:] = n
     slab[0] = 0
     layer = 0
     for s in range(1, used):
         layer += 1
-        while start[layer * area] < n * s // used and layer < layers - (used - s) - 1:
+        while start[layer * area] < n * s // used and layer < layers - (used - s):
             layer += 1
         slab[s] = start[layer * area]
+
+
+def most_slabs(n_grains: int) -> int:
+    """How many slabs so many grains can be cut into, at most."""
+    return max(1, min(SLABS, n_grains // GRAINS_PER_SLAB))
 
 
 @lean_jit
@@ -192,7 +197,8 @@ def nearest_image(dx, period, frequency):
 def find_pairs(grains, period, skin, row, owner, partner, order, slab):
     """Find every pair closer than r_i + r_j + skin, once; returns how many, or -1 when `partner` may be too short.
 
-    A pair belongs to the row of the grain that comes first in cell order, so cells behind a grain need no look.
+    A pair belongs to the row of the grain that comes first in cell order, so cells behind a grain need no look. Across a periodic
+    face that closes a ring of slabs it is the last slab's (see `cut_slabs`).
     row : (n, 2) int64, begin and end of each grain's row; owner, partner : (capacity,) int32; order : (n,) grains in cell order;
     slab : (SLABS + 1,) see `cut_slabs`; all overwritten.
     """
@@ -209,6 +215,7 @@ def find_pairs(grains, period, skin, row, owner, partner, order, slab):
         in_order[k, 4] = grains.remainder[MOTION * order[k] + INVERSE_MASS]
     periodic = period[0] > 0.0 or period[1] > 0.0 or period[2] > 0.0
     frequency = frequencies(period)
+    is_ring = period[0] > 0.0 and used_slabs(slab) > 1
     m = 0
     for rank in range(n):
         i = order[rank]
@@ -218,6 +225,9 @@ def find_pairs(grains, period, skin, row, owner, partner, order, slab):
         centre_z = cell_index(grains, i, 2, low, shape, period, cell)
         for dx in range(-1, 2):
             cx = neighbour_cell(centre_x, dx, shape[0], period[0])
+            if is_ring and cx > centre_x + 1:
+                continue  # the last layer's grains list this pair
+            earliest = 0 if is_ring and 0 <= cx < centre_x - 1 else rank + 1
             for dy in range(-1, 2):
                 cy = neighbour_cell(centre_y, dy, shape[1], period[1])
                 if cx < 0 or cy < 0:
@@ -230,7 +240,7 @@ def find_pairs(grains, period, skin, row, owner, partner, order, slab):
                         bottom, top = max(centre_z - 1, 0), min(centre_z + 1, shape[2] - 1)
                     if bottom < 0:
                         continue
-                    first, last = max(start[column + bottom], rank + 1), start[column + top + 1]
+                    first, last = max(start[column + bottom], earliest), start[column + top + 1]
                     if first >= last:
                         continue
                     if m + last - first > partner.shape[0]:
@@ -471,35 +481,50 @@ def interleave(values):
 
 
 @jit
-def prune_walls(grains, walls, outer, reach, contacts, pair_table, n_materials, material):
-    """Copy every outer wall entry closer than r_i + reach into contact blocks, wall by wall."""
+def slab_numbers(outer):
+    """Slab of every grain (n,) int32, from the outer list of pairs; (0,) with a single slab."""
+    used = used_slabs(outer.slab)
+    numbers = np.empty(outer.order.shape[0] if used > 1 else 0, np.int32)
+    for s in range(used if used > 1 else 0):
+        for k in range(outer.slab[s], outer.slab[s + 1]):
+            numbers[outer.order[k]] = s
+    return numbers
+
+
+@jit
+def prune_walls(grains, walls, outer, slab_of, reach, contacts, pair_table, n_materials, material):
+    """Copy every outer wall entry closer than r_i + reach into contact blocks, slab by slab and there wall by wall.
+
+    slab_of : see `slab_numbers`.
+    """
     n_walls, n_entries = walls.kind.shape[0], outer.row[-1, 1] if outer.row.shape[0] else 0
     begin, count = contacts.begin, contacts.count
     total = 0
-    for step in range(2):  # first count the contacts of every wall, then put them where the counts say
+    for step in range(2):  # first count the contacts of every part, then put them where the counts say
         if step == 1:
-            for w in range(n_walls):
-                begin[w] = total
-                total += (count[w] + LINE - 1) // LINE * LINE
+            for part in range(count.shape[0]):
+                begin[part] = total
+                total += (count[part] + LINE - 1) // LINE * LINE
         count[:] = 0
         for k in range(n_entries):
             i, w = outer.owner[k], outer.partner[k]
             near = grains.place[PLACE * i + RADIUS] + reach
             x, y, z = wall_separation(grains.place, PLACE * i, walls, w)
             if x * x + y * y + z * z < near * near:
+                part = w + n_walls * slab_of[i] if slab_of.shape[0] else w
                 if step == 1:
-                    m = begin[w] + count[w]
+                    m = begin[part] + count[part]
                     contacts.first[m] = i
                     contacts.second[m] = w
                     contacts.slot[m] = k
-                count[w] += 1
-    for w in range(n_walls):
-        for q in range(begin[w], begin[w] + count[w]):
-            i = contacts.first[q]
+                count[part] += 1
+    for part in range(count.shape[0]):
+        for q in range(begin[part], begin[part] + count[part]):
+            i, w = contacts.first[q], contacts.second[q]
             pair = pair_table[material[i] * n_materials + walls.material[w]]
             inverse_mass = grains.remainder[MOTION * i + INVERSE_MASS]
             load_constants(contacts.constants, q, pair, grains.place[PLACE * i + RADIUS], 0.0, inverse_mass)
-        load_history(w, contacts, outer.history)
+        load_history(part, contacts, outer.history)
     finish_blocks(contacts.constants, total)
 
 
@@ -528,7 +553,7 @@ def in_block(k, end):
 
 @lean_jit
 def load_history(s, contacts, history):
-    """Copy the contact history of slab or wall s from the outer list to the blocks."""
+    """Copy the contact history of part s of the contacts from the outer list to the blocks."""
     k, end = contacts.begin[s], contacts.begin[s] + contacts.count[s]
     while k < end:
         n = in_block(k, end)
@@ -569,7 +594,7 @@ def finish_block(c, n):
 
 @lean_jit
 def save_history(s, contacts, history):
-    """Copy the contact history of slab or wall s from the blocks back to the outer list, and forget the contacts."""
+    """Copy the contact history of part s of the contacts from the blocks back to the outer list, and forget the contacts."""
     k, end = contacts.begin[s], contacts.begin[s] + contacts.count[s]
     while k < end:
         n = in_block(k, end)

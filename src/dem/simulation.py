@@ -31,8 +31,8 @@ from dem.layout import (
     aligned_zeros,
 )
 from dem.material import DAMPING_MODELS, Interaction, Material, pair_constants, require
-from dem.neighbours import GRAINS_PER_SLAB, LINE, SLABS, cell_size, deepest_overlap, is_sound, sort_into_cells
-from dem.slabs import GROUPS
+from dem.neighbours import GRAINS_PER_SLAB, LINE, SLABS, cell_size, deepest_overlap, is_sound, most_slabs, sort_into_cells
+from dem.slabs import GROUPS, STEPS_AT_ONCE
 from dem.timestep import stable_time_step
 from dem.walls import Wall, distance_to, from_arrays, to_arrays
 
@@ -168,7 +168,7 @@ class Simulation:
         self.mean_wall_forces_n: dict[str, np.ndarray] = {}
         n_buffers = 1 if threads == 1 else GROUPS // 2
         self._buffers = aligned_zeros(n_buffers * BUFFER * BLOCK, self._type).reshape(n_buffers, -1)
-        self._speeds = np.zeros(SLABS)
+        self._speeds = np.zeros((STEPS_AT_ONCE, SLABS))
         self._allocate(GrainArrays(np.zeros(0), np.zeros(0), np.zeros(0)), np.zeros(0, np.int64), np.zeros(0, np.int64))
         self._glued = np.zeros(0, np.int64)
         self._carrier = np.zeros(0, np.int64)
@@ -388,9 +388,9 @@ class Simulation:
         return contacts
 
     def _wall_room(self, capacity):
-        """Room for the contacts of an outer list of so many entries with the walls that there are, and the number of walls."""
-        n_walls = len(self._wall_definitions)
-        return contact_room(0, capacity + LINE * n_walls), n_walls
+        """Room for the contacts of an outer list of so many entries with all walls, and the number of their parts."""
+        n_parts = len(self._wall_definitions) * most_slabs(self.n_grains)
+        return contact_room(0, capacity + LINE * n_parts), n_parts
 
     def _lengthen(self, reason):
         """Give the list that was too short more room, so that the run can go on."""

@@ -1,22 +1,44 @@
 """Work that may run side by side: slabs of grains and their contacts (see `dem.neighbours.cut_slabs`), and groups of slabs.
 
-A slab's grains move as soon as their loads are complete, while they are still in the cache.
+A slab's grains move as soon as their loads are complete, while they are still in the cache; with many slabs several steps are made
+of a few slabs before the next ones are fetched.
 Every function comes twice, for one thread and for several; both do the same work in the same order per grain, so results have
 the same bytes for any number of threads.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+
 from dem import motion, pairs, vectors
 from dem.contact.block import contact_stage
 from dem.jit import jit, lean_jit, parallel_jit, prange
-from dem.layout import BLOCK
-from dem.neighbours import prune_slab, save_history, used_slabs
+from dem.layout import BLOCK, SECOND_SPIN
+from dem.neighbours import in_block, prune_slab, save_history, used_slabs
+from dem.walls import push, separate
 
 #: Neighbouring slabs are done in turn, in so many groups that may run side by side if their numbers are both even or both odd.
 GROUPS = 16
 
+#: So many steps are made at once where there are slabs enough for FEWEST_GROUPS groups that do not meet then, see `group_step`.
+STEPS_AT_ONCE, FEWEST_GROUPS = 4, 4
+SLABS_PER_GROUP = 2 * STEPS_AT_ONCE - 1
+
 #: With so many slabs the grains no longer stay in the second-level cache from step to step: those of the following slab are then
 #: asked for while this one's contacts are computed, so many blocks before the contacts at the same place in their slab need them.
 PREFETCH_SLABS, BLOCKS_AHEAD = 5, 3
+
+
+class WallSteps(NamedTuple):
+    """What steps made at once need of the walls.
+
+    geometry (steps, walls, 7): where they are in each step; force (SLABS, walls, 3): what the grains of each slab exert, summed
+    over the steps; places (groups side by side, 4 BLOCK) float64, scratch.
+    """
+
+    geometry: np.ndarray
+    force: np.ndarray
+    places: np.ndarray
 
 
 @lean_jit
@@ -70,8 +92,35 @@ def contact_loads(n, k0, buffer, contacts, constants, elastic):
 
 
 @lean_jit
-def slab_forces(s, grains, loads, contacts, outer, period, frequency, buffer, constants, options, elastic):
-    """Loads of the contacts of one slab. elastic : None or else, as `dem.contact.block.contact_stage` has it."""
+def wall_forces(s, step, grains, loads, walls, contacts, wall_steps, buffer, places, constants, options, elastic):
+    """Loads of the contacts with walls of the grains of slab s; see `slab_forces`."""
+    n_walls = walls.kind.shape[0]
+    for w in range(n_walls):
+        part = s * n_walls + w
+        k, end = contacts.begin[part], contacts.begin[part] + contacts.count[part]
+        while k < end:
+            n = in_block(k, end)
+            first = contacts.first[k : k + n]
+            gather_at_wall(grains, walls.velocity[w], first, n, buffer, places, options)
+            separate(walls.kind[w], wall_steps.geometry[step, w], places, n, buffer)
+            if options.elastic_rolling:
+                buffer[SECOND_SPIN * BLOCK : (SECOND_SPIN + 3) * BLOCK] = 0.0  # a wall does not spin
+            contact_loads(n, k, buffer, contacts, constants, elastic)
+            scatter_at_wall(loads, first, n, buffer, options)
+            push(wall_steps.force[s, w], n, buffer)
+            k += n
+
+
+@lean_jit
+def slab_forces(
+    s, step, grains, loads, contacts, walls, wall_contacts, wall_steps, outer, period, frequency, buffer, places, constants,
+    options, elastic,
+):  # fmt: skip
+    """Loads of the contacts of one slab in one of the steps made at once.
+
+    elastic : None or else, as `dem.contact.block.contact_stage` has it.
+    """
+    wall_forces(s, step, grains, loads, walls, wall_contacts, wall_steps, buffer, places, constants, options, elastic)
     begin, count = contacts.begin[s], contacts.count[s]
     end = begin + count
     used = used_slabs(outer.slab)
@@ -79,7 +128,7 @@ def slab_forces(s, grains, loads, contacts, outer, period, frequency, buffer, co
     asked = 0
     for k0 in range(begin, end, BLOCK):
         n = min(k0 + BLOCK, end) - k0
-        if options.vector_code and used >= PREFETCH_SLABS:
+        if options.vector_code and used >= PREFETCH_SLABS and step == 0:
             until = following.shape[0] * min(k0 - begin + BLOCKS_AHEAD * BLOCK, count) // count
             vectors.prefetch(grains, loads, following[asked:until])
             asked = until
@@ -101,62 +150,98 @@ def move_slab(s, grains, loads, outer, gravity, speeds, constants, options):
 
 
 @lean_jit
-def group_step(g, moves, grains, loads, contacts, outer, period, frequency, gravity, buffer, speeds, constants, options):
-    """Loads of the contacts of one group of slabs and, if `moves`, the motion of the grains that wait for no other load.
-
-    A slab's grains have all their loads when its own contacts and those of the slab before are done (and, across a periodic face,
-    those of the first slab). The first slab of an even group waits for the odd group before, which then moves it.
-    """
-    used = used_slabs(outer.slab)
-    groups = min(GROUPS, used)
-    if g >= groups:
-        return
-    begin, end = g * used // groups, (g + 1) * used // groups
-    for s in range(begin, end):
-        if options.elastic_rolling:
-            slab_forces(s, grains, loads, contacts, outer, period, frequency, buffer, constants, options, True)
-        else:
-            slab_forces(s, grains, loads, contacts, outer, period, frequency, buffer, constants, options, None)
-        if moves and (s > begin or g % 2 == 1 or used == 1):
-            move_slab(s, grains, loads, outer, gravity, speeds, constants, options)
-    if moves and g % 2 == 1:
-        move_slab(end % used, grains, loads, outer, gravity, speeds, constants, options)
+def groups_of(used):
+    """How many groups so many slabs are done in: 1 or an even number; with several steps at once a multiple of 4 (two threads)."""
+    if used < FEWEST_GROUPS * SLABS_PER_GROUP:
+        return min(GROUPS, used)
+    return min(GROUPS, used // SLABS_PER_GROUP // 4 * 4)
 
 
 @lean_jit
-def step(moves, grains, loads, contacts, outer, period, frequency, gravity, buffers, speeds, constants, options):
-    """Loads of all grain-grain contacts and, if `moves`, the motion of all grains: first the groups of even number."""
+def most_steps(used):
+    """How many steps can be made at once with so many slabs."""
+    return STEPS_AT_ONCE if used >= FEWEST_GROUPS * SLABS_PER_GROUP else 1
+
+
+@lean_jit
+def group_step(
+    g, n_steps, moves, grains, loads, contacts, walls, wall_contacts, wall_steps, outer, period, frequency, gravity, buffer, places,
+    speeds, constants, options,
+):  # fmt: skip
+    """Loads of one group of slabs and, if `moves`, the motion of the grains that wait for no other load, n_steps times.
+
+    A slab's grains have all their loads when its own contacts and those of the slab before are done (for the first slab, across a
+    periodic face, the last). The first slab of an even group waits for the odd group before, which then moves it.
+    Of several steps, an even group leaves out one more slab at either end in each: these depend on the neighbours, and the odd
+    groups, coming later, do them. Along the slabs each step follows the one before at a distance of one slab, so a slab comes from
+    memory once for all of them (time skewing; Wonnacott 2000, 14th Int. Parallel and Distributed Processing Symposium).
+    """
+    used = used_slabs(outer.slab)
+    groups = groups_of(used)
+    if g >= groups:
+        return
+    begin, end = g * used // groups, (g + 1) * used // groups
+    odd = g % 2
+    for front in range(begin, end + (2 * n_steps - 1) * odd):
+        for step in range(n_steps):
+            wider = step if odd else -step
+            k = front - step
+            s = k % used
+            if begin - wider <= k < end + wider:
+                if options.elastic_rolling:
+                    slab_forces(
+                        s, step, grains, loads, contacts, walls, wall_contacts, wall_steps, outer, period, frequency, buffer,
+                        places, constants, options, True,
+                    )  # fmt: skip
+                else:
+                    slab_forces(
+                        s, step, grains, loads, contacts, walls, wall_contacts, wall_steps, outer, period, frequency, buffer,
+                        places, constants, options, None,
+                    )  # fmt: skip
+            if moves and (used == 1 or begin - wider + 1 - odd <= k < end + wider + odd):
+                move_slab(s, grains, loads, outer, gravity, speeds[step], constants, options)
+
+
+@lean_jit
+def steps(
+    n_steps, moves, grains, loads, contacts, walls, wall_contacts, wall_steps, outer, period, frequency, gravity, buffers, speeds,
+    constants, options,
+):  # fmt: skip
+    """Loads of all contacts and, if `moves`, the motion of all grains, n_steps times: first the groups of even number."""
     for parity in range(2):
-        for k in range(GROUPS // 2):
+        for k in range((groups_of(used_slabs(outer.slab)) + 1) // 2):
             group_step(
-                2 * k + parity, moves, grains, loads, contacts, outer, period, frequency, gravity, buffers[0], speeds, constants,
-                options,
+                2 * k + parity, n_steps, moves, grains, loads, contacts, walls, wall_contacts, wall_steps, outer, period, frequency,
+                gravity, buffers[0], wall_steps.places[0], speeds, constants, options,
             )  # fmt: skip
 
 
 @parallel_jit
-def step_threads(moves, grains, loads, contacts, outer, period, frequency, gravity, buffers, speeds, constants, options):
-    """As `step`, on several threads."""
+def steps_threads(
+    n_steps, moves, grains, loads, contacts, walls, wall_contacts, wall_steps, outer, period, frequency, gravity, buffers, speeds,
+    constants, options,
+):  # fmt: skip
+    """As `steps`, on several threads."""
     for parity in range(2):
-        for k in prange(GROUPS // 2):
+        for k in prange((groups_of(used_slabs(outer.slab)) + 1) // 2):
             group_step(
-                2 * k + parity, moves, grains, loads, contacts, outer, period, frequency, gravity, buffers[k], speeds, constants,
-                options,
+                2 * k + parity, n_steps, moves, grains, loads, contacts, walls, wall_contacts, wall_steps, outer, period, frequency,
+                gravity, buffers[k], wall_steps.places[k], speeds, constants, options,
             )  # fmt: skip
 
 
 @lean_jit
 def move(grains, loads, outer, gravity, speeds, constants, options):
-    """Advance all grains."""
+    """Advance all grains by one step."""
     for s in range(used_slabs(outer.slab)):
-        move_slab(s, grains, loads, outer, gravity, speeds, constants, options)
+        move_slab(s, grains, loads, outer, gravity, speeds[0], constants, options)
 
 
 @parallel_jit
 def move_threads(grains, loads, outer, gravity, speeds, constants, options):
     """As `move`, on several threads."""
     for s in prange(used_slabs(outer.slab)):
-        move_slab(s, grains, loads, outer, gravity, speeds, constants, options)
+        move_slab(s, grains, loads, outer, gravity, speeds[0], constants, options)
 
 
 @jit

@@ -139,10 +139,9 @@ def distance_to(wall: Wall, positions: np.ndarray) -> np.ndarray:
 
 
 @lean_jit
-def shape_of(walls, w):
-    """Geometry of wall w as seven numbers, see `WallArrays`: read before a loop, they cannot change in it."""
-    g = walls.geometry
-    return g[w, 0], g[w, 1], g[w, 2], g[w, 3], g[w, 4], g[w, 5], g[w, 6]
+def shape_of(g):
+    """Geometry (7,) of a wall as seven numbers, see `WallArrays`: read before a loop, they cannot change in it."""
+    return g[0], g[1], g[2], g[3], g[4], g[5], g[6]
 
 
 @lean_jit
@@ -169,15 +168,15 @@ def wall_separation(place, o, walls, w):
     """Vector in m from the nearest point of wall w to the centre of the grain whose place record starts at o."""
     x, y, z = place[o], place[o + 1], place[o + 2]
     if walls.kind[w] == BOX:
-        return box_separation(x, y, z, shape_of(walls, w))
-    return tube_separation(x, y, z, shape_of(walls, w))
+        return box_separation(x, y, z, shape_of(walls.geometry[w]))
+    return tube_separation(x, y, z, shape_of(walls.geometry[w]))
 
 
 @lean_jit
-def separate(walls, w, places, n, b):
-    """Separations of n grains (see `dem.pairs.gather_at_wall`) from the nearest points of wall w, and r^2 - d^2."""
-    shape = shape_of(walls, w)
-    if walls.kind[w] == BOX:
+def separate(kind, geometry, places, n, b):
+    """Separations of n grains (see `dem.pairs.gather_at_wall`) from the nearest points of a wall, and r^2 - d^2."""
+    shape = shape_of(geometry)
+    if kind == BOX:
         for q in range(n):
             store(box_separation(places[q], places[B + q], places[2 * B + q], shape), places[3 * B + q], q, b)
     else:
@@ -196,16 +195,28 @@ def store(apart, r, q, b):
 
 
 @lean_jit
-def push(walls, w, n, b):
-    """Add the reactions of n contacts to wall w."""
+def push(force, n, b):
+    """Add the reactions of n contacts to the force (3,) on their wall."""
     x, y, z = 0.0, 0.0, 0.0
     for q in range(n):
         x += b[FORCE * B + q]
         y += b[(FORCE + 1) * B + q]
         z += b[(FORCE + 2) * B + q]
-    walls.force[w, 0] -= x
-    walls.force[w, 1] -= y
-    walls.force[w, 2] -= z
+    force[0] -= x
+    force[1] -= y
+    force[2] -= z
+
+
+@lean_jit
+def later(walls, dt, geometry):
+    """Fill geometry (steps, walls, 7) with where walls of constant velocity stand now and after each of the steps to come."""
+    for k in range(geometry.shape[0]):
+        for w in range(walls.kind.shape[0]):
+            for t in range(7):
+                geometry[k, w, t] = walls.geometry[w, t] if k == 0 else geometry[k - 1, w, t]
+            for t in range(3 if k else 0):
+                geometry[k, w, t] += walls.velocity[w, t] * dt
+                geometry[k, w, 3 + t] += walls.velocity[w, t] * dt
 
 
 @lean_jit

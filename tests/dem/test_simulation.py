@@ -368,8 +368,65 @@ def test_grains_of_a_dense_packing_move_at_once_as_when_all_wait(shape, periodic
     assert results[0] == results[1]
 
 
+def long_packing(threads=1, periodic=False, driven=False, n_steps=50):
+    """A lattice of slabs enough for steps made at once, and two grains that are about to meet; advanced by n_steps.
+
+    Two walls move against the lattice. The two grains overlap after the first step.
+
+    driven : with one more wall, far away, that a force drives: then steps are made one by one.
+    """
+    shape, spacing_m = (120, 22, 22), 1.98 * RADIUS_M
+    size_m = np.array(shape) * spacing_m
+    walls = [
+        dem.Box(name="floor", material="soil", low_m=(-1, -1, -1), high_m=(1, 1, -0.98 * RADIUS_M), velocity_m_s=(0.1, 0, 0.2)),
+        dem.Box(name="side", material="soil", low_m=(-1, -1, -1), high_m=(1, -0.99 * RADIUS_M, 1), velocity_m_s=(0, -0.1, 0)),
+    ]
+    if driven:
+        drive = dem.Drive(axis=0, applied_force_n=1.0, mass_kg=1.0)
+        walls.append(dem.Box(name="away", material="soil", low_m=(5, 5, 5), high_m=(6, 6, 6), drive=drive))
+    s = make(walls, threads=threads, period_m=(size_m[0] if periodic else 0.0, 0.0, 0.0))
+    places = spacing_m * np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), -1).reshape(-1, 3)
+    rng = np.random.default_rng(1)
+    s.add_grains(places, RADIUS_M, "soil", rng.normal(0, 0.05, places.shape), rng.normal(0, 10.0, places.shape))
+    speed_m_s = 0.01 * RADIUS_M / s.time_step_s
+    pair = size_m / 2 + [[0, 0, size_m[2]], [2.015 * RADIUS_M, 0, size_m[2]]]
+    s.add_grains(pair, RADIUS_M, "soil", [[speed_m_s, 0, 0], [-speed_m_s, 0, 0]])
+    s.advance(n_steps)
+    assert slabs.most_steps(neighbours.used_slabs(s._pairs.slab)) == slabs.STEPS_AT_ONCE
+    return s
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_steps_made_at_once_are_those_made_one_by_one(periodic):
+    """But for the order in which the loads on a grain are summed: its velocities are good to a few 1e-7."""
+    at_once, one_by_one = (long_packing(periodic=periodic, driven=driven) for driven in (False, True))
+    for name, scale in (("velocities_m_s", 0.1), ("positions_m", RADIUS_M), ("angular_velocities_rad_s", 100.0)):
+        a, b = getattr(at_once.grains, name), getattr(one_by_one.grains, name)
+        assert np.abs(a - b).max() < 1e-5 * scale, name
+    for name, force in at_once.mean_wall_forces_n.items():
+        assert np.abs(force).max() > 0.1
+        assert force == pytest.approx(one_by_one.mean_wall_forces_n[name], rel=1e-5, abs=1e-5), name
+
+
+@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one processor core")
+def test_steps_made_at_once_give_the_same_bytes_for_any_number_of_threads():
+    one, two = (long_packing(threads) for threads in (1, 2))
+    for a, b in zip(one._grains, two._grains, strict=True):
+        assert a.tobytes() == b.tobytes()
+    assert one.mean_wall_forces_n["floor"].tobytes() == two.mean_wall_forces_n["floor"].tobytes()
+
+
+@pytest.mark.parametrize(
+    ("way_m", "used", "n"), [(0.0, 28, 1), (1.9, 28, 1), (2.0, 28, 2), (4.0, 28, 3), (1e3, 28, 4), (1e3, 27, 1)]
+)
+def test_so_many_steps_at_once_that_grains_twice_as_fast_stay_within_the_way(way_m, used, n):
+    assert loop.steps_within(way_m, 1.0, used) == n
+
+
 def advance_by_hand(s, at_once, n_steps):
-    """Steps without walls and without upkeep of the lists."""
+    """Steps without contacts with walls and without upkeep of the lists."""
+    n_walls = len(s.wall_names)
+    no_walls = slabs.WallSteps(np.zeros((1, n_walls, 7)), np.zeros((neighbours.SLABS, n_walls, 3)), np.zeros((1, 4 * BLOCK)))
     frequency = neighbours.frequencies(s._period)
     neighbours.common_constants(s._grains, s._contacts, s._pair_table, 1, s._material)
     reach = 0.1 * s._skin
@@ -378,8 +435,10 @@ def advance_by_hand(s, at_once, n_steps):
     )
     assert s._contacts.count.sum() > 1000
     for _ in range(n_steps):
-        arrays = (s._gravity, s._buffers, s._speeds, s._constants, s._options)
-        slabs.step(at_once, s._grains, s._loads, s._contacts, s._pairs, s._period, frequency, *arrays)
+        slabs.steps(
+            1, at_once, s._grains, s._loads, s._contacts, s._walls, s._wall_contacts, no_walls, s._pairs, s._period,
+            frequency, s._gravity, s._buffers, s._speeds, s._constants, s._options,
+        )  # fmt: skip
         if not at_once:
             assert s._loads.any()
             slabs.move(s._grains, s._loads, s._pairs, s._gravity, s._speeds, s._constants, s._options)
@@ -400,9 +459,8 @@ def test_contacts_with_walls_stand_wall_by_wall_and_keep_their_history():
     simulation.advance(1)
     contacts, outer = simulation._wall_contacts, simulation._wall_pairs
     outer.history[:] = kept = np.random.default_rng(1).normal(size=outer.history.shape).astype(outer.history.dtype)
-    neighbours.prune_walls(
-        simulation._grains, simulation._walls, outer, 0.1 * RADIUS_M, contacts, simulation._pair_table, 1, simulation._material
-    )
+    one_slab, lists = np.empty(0, np.int32), (simulation._pair_table, 1, simulation._material)
+    neighbours.prune_walls(simulation._grains, simulation._walls, outer, one_slab, 0.1 * RADIUS_M, contacts, *lists)
     assert contacts.count.tolist() == [side**2, 0, side**2, side]
     used = []
     for w, wall in enumerate(simulation._wall_definitions):
