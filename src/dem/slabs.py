@@ -21,12 +21,12 @@ from dem.walls import push, separate
 GROUPS = 16
 
 #: So many steps are made at once where there are slabs enough for FEWEST_GROUPS groups that do not meet then, see `group_step`.
-STEPS_AT_ONCE, FEWEST_GROUPS = 4, 4
+STEPS_AT_ONCE, FEWEST_GROUPS = 5, 4
 SLABS_PER_GROUP = 2 * STEPS_AT_ONCE - 1
 
-#: With so many slabs the grains no longer stay in the second-level cache from step to step: those of the following slab are then
-#: asked for while this one's contacts are computed, so many blocks before the contacts at the same place in their slab need them.
-PREFETCH_SLABS, BLOCKS_AHEAD = 5, 3
+#: With that many slabs the grains come from memory: those of the next slab to come are asked for while a slab's contacts are
+#: computed, so many blocks before the contacts at the same place in their slab need them.
+BLOCKS_AHEAD = 3
 
 
 class WallSteps(NamedTuple):
@@ -113,22 +113,22 @@ def wall_forces(s, step, grains, loads, walls, contacts, wall_steps, buffer, pla
 
 @lean_jit
 def slab_forces(
-    s, step, grains, loads, contacts, walls, wall_contacts, wall_steps, outer, period, frequency, buffer, places, constants,
-    options, elastic,
+    s, step, coming, grains, loads, contacts, walls, wall_contacts, wall_steps, outer, period, frequency, buffer, places,
+    constants, options, elastic,
 ):  # fmt: skip
     """Loads of the contacts of one slab in one of the steps made at once.
 
-    elastic : None or else, as `dem.contact.block.contact_stage` has it.
+    coming : the slab whose grains are asked for meanwhile, s for none; elastic : None or else, as
+    `dem.contact.block.contact_stage` has it.
     """
     wall_forces(s, step, grains, loads, walls, wall_contacts, wall_steps, buffer, places, constants, options, elastic)
     begin, count = contacts.begin[s], contacts.count[s]
     end = begin + count
-    used = used_slabs(outer.slab)
-    following = outer.order[outer.slab[(s + 1) % used] : outer.slab[(s + 1) % used + 1]]
+    following = outer.order[outer.slab[coming] : outer.slab[coming + 1]]
     asked = 0
     for k0 in range(begin, end, BLOCK):
         n = min(k0 + BLOCK, end) - k0
-        if options.vector_code and used >= PREFETCH_SLABS and step == 0:
+        if options.vector_code and coming != s:
             until = following.shape[0] * min(k0 - begin + BLOCKS_AHEAD * BLOCK, count) // count
             vectors.prefetch(grains, loads, following[asked:until])
             asked = until
@@ -164,6 +164,16 @@ def most_steps(used):
 
 
 @lean_jit
+def coming_slab(k, step, begin, end, odd):
+    """The slab that the next contacts of a group from slab begin to end need from memory, after slab k of a step; k for none."""
+    if step == 0 or k >= end + step - 1:
+        return k + 1
+    if odd and k == begin - step:  # the way back through the slabs that the even group before has left
+        return k - 1
+    return k
+
+
+@lean_jit
 def group_step(
     g, n_steps, moves, grains, loads, contacts, walls, wall_contacts, wall_steps, outer, period, frequency, gravity, buffer, places,
     speeds, constants, options,
@@ -188,15 +198,16 @@ def group_step(
             k = front - step
             s = k % used
             if begin - wider <= k < end + wider:
+                coming = coming_slab(k, step, begin, end, odd) % used if most_steps(used) > 1 else s
                 if options.elastic_rolling:
                     slab_forces(
-                        s, step, grains, loads, contacts, walls, wall_contacts, wall_steps, outer, period, frequency, buffer,
-                        places, constants, options, True,
+                        s, step, coming, grains, loads, contacts, walls, wall_contacts, wall_steps, outer, period, frequency,
+                        buffer, places, constants, options, True,
                     )  # fmt: skip
                 else:
                     slab_forces(
-                        s, step, grains, loads, contacts, walls, wall_contacts, wall_steps, outer, period, frequency, buffer,
-                        places, constants, options, None,
+                        s, step, coming, grains, loads, contacts, walls, wall_contacts, wall_steps, outer, period, frequency,
+                        buffer, places, constants, options, None,
                     )  # fmt: skip
             if moves and (used == 1 or begin - wider + 1 - odd <= k < end + wider + odd):
                 move_slab(s, grains, loads, outer, gravity, speeds[step], constants, options)
