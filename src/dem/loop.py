@@ -269,7 +269,7 @@ def advance(
     frequency = frequencies(period)
     n_rebuilds = 0
     n_prunings = 0
-    travel = 0.0  # bound on any grain's or wall's way since the last pruning
+    travel = 0.0  # bound on half the way that two grains, or a grain and a wall, came closer since the last pruning
     reach = -1.0
     fastest = 0.0
     reason = FINISHED
@@ -326,12 +326,12 @@ def advance(
             else:
                 slabs.move_threads(grains, loads, pair_list, gravity, speeds, constants, options)
         for k in range(at_once):
-            wall_speed = move_walls(walls, dt)
-            fastest = speeds[k].max() + wall_speed
+            wall_speed, grain_speed = move_walls(walls, dt), speeds[k].max()
+            fastest = max(grain_speed, 0.5 * (grain_speed + wall_speed))
             travel += fastest * dt
             list_age[1] += wall_speed * dt
         done += at_once
-        if fastest > speed_limit:
+        if max(grain_speed, wall_speed) > speed_limit:
             reason = BLEW_UP
             break
     slabs.save(contacts, pair_list.history)

@@ -139,55 +139,52 @@ def distance_to(wall: Wall, positions: np.ndarray) -> np.ndarray:
 
 
 @lean_jit
-def shape_of(g):
-    """Geometry (7,) of a wall as seven numbers, see `WallArrays`: read before a loop, they cannot change in it."""
-    return g[0], g[1], g[2], g[3], g[4], g[5], g[6]
+def beyond(x, low, high):
+    """How far x lies above `high`, or below `low` (negative); 0 between."""
+    return x - min(max(x, low), high)
 
 
 @lean_jit
-def box_separation(x, y, z, shape):
-    """Vector in m from the nearest point of a box to a point."""
-    return (
-        x - min(max(x, shape[0]), shape[3]),
-        y - min(max(y, shape[1]), shape[4]),
-        z - min(max(z, shape[2]), shape[5]),
-    )
-
-
-@lean_jit
-def tube_separation(x, y, z, shape):
-    """Vector in m from the nearest point of a tube to a point."""
-    x -= shape[0]
-    y -= shape[1]
-    outwards = 1.0 - shape[6] / math.sqrt(x * x + y * y + 1e-30)
-    return x * outwards, y * outwards, z - min(max(z, shape[2]), shape[5])
+def outwards(x, y, radius):
+    """Share of (x, y), seen from a tube's axis, that lies beyond its radius; negative inside."""
+    return 1.0 - radius / math.sqrt(x * x + y * y + 1e-30)
 
 
 @jit
 def wall_separation(place, o, walls, w):
     """Vector in m from the nearest point of wall w to the centre of the grain whose place record starts at o."""
-    x, y, z = place[o], place[o + 1], place[o + 2]
+    x, y, z, g = place[o], place[o + 1], place[o + 2], walls.geometry[w]
     if walls.kind[w] == BOX:
-        return box_separation(x, y, z, shape_of(walls.geometry[w]))
-    return tube_separation(x, y, z, shape_of(walls.geometry[w]))
+        return beyond(x, g[0], g[3]), beyond(y, g[1], g[4]), beyond(z, g[2], g[5])
+    x -= g[0]
+    y -= g[1]
+    share = outwards(x, y, g[6])
+    return share * x, share * y, beyond(z, g[2], g[5])
 
 
 @lean_jit
 def separate(kind, geometry, places, n, b):
-    """Separations of n grains (see `dem.pairs.gather_at_wall`) from the nearest points of a wall, and r^2 - d^2."""
-    shape = shape_of(geometry)
+    """Separations of n grains (see `dem.pairs.gather_at_wall`) from the nearest points of a wall, and r^2 - d^2.
+
+    Numbers throughout: a function that takes or gives a tuple keeps these loops from being vectorised, which takes four times as
+    long.
+    """
+    # read before the loops, they cannot change in them
+    x0, y0, z0, x1, y1, z1, radius = geometry[0], geometry[1], geometry[2], geometry[3], geometry[4], geometry[5], geometry[6]
     if kind == BOX:
         for q in range(n):
-            store(box_separation(places[q], places[B + q], places[2 * B + q], shape), places[3 * B + q], q, b)
+            x, y, z = beyond(places[q], x0, x1), beyond(places[B + q], y0, y1), beyond(places[2 * B + q], z0, z1)
+            store(x, y, z, places[3 * B + q], q, b)
     else:
         for q in range(n):
-            store(tube_separation(places[q], places[B + q], places[2 * B + q], shape), places[3 * B + q], q, b)
+            x, y, z = places[q] - x0, places[B + q] - y0, beyond(places[2 * B + q], z0, z1)
+            share = outwards(x, y, radius)
+            store(share * x, share * y, z, places[3 * B + q], q, b)
 
 
 @lean_jit
-def store(apart, r, q, b):
+def store(x, y, z, r, q, b):
     """Put one separation and r^2 - d^2 into the work buffer."""
-    x, y, z = apart
     b[q] = x
     b[B + q] = y
     b[2 * B + q] = z
