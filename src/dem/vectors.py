@@ -3,7 +3,8 @@
 A compiler does not vectorise access to records at scattered places. Here LANES contacts (or grains) are handled at a time: each
 record is loaded whole, and a transpose in registers turns records into the rows that `dem.contact.block` works on, or back.
 Same signatures and meaning as the plain twins in `dem.pairs` and `dem.motion`; tests compare the two.
-LLVM translates the fixed vector lengths to what the processor has. Lane patterns are written for x86's 128-bit lanes.
+LLVM translates the fixed vector lengths to what the processor has. Lane patterns are written for x86's 128-bit lanes. Vectors have
+256 bits, as records have: of 512 bits they would have to be put together of two, which takes longer than what it saves (Zen 4).
 """
 
 import math
@@ -15,9 +16,9 @@ from dem import motion, pairs
 from dem.jit import cgutils, exact_jit, intrinsic, lean_jit, types
 from dem.layout import BLOCK, FORCE, FREE, INVERSE_MASS, LOAD, MOTION, PLACE, RESISTANCE, SPEEDS, TWIST, TWIST_J, UX, U
 
-LANES = 16
+LANES = 8
 #: So many grains are integrated side by side, in so many groups one after another.
-GROUP, GROUPS_AT_ONCE = 8, 4
+GROUP, GROUPS_AT_ONCE = 4, 8
 TINY = 1e-30
 
 #: What LLVM may assume of a single operation, where the function around it keeps the order of its sums.
@@ -120,60 +121,35 @@ class Emitter:
         return self.pick(x, y, range(2 * x.type.count))
 
     def transpose_lanes(self, r):
-        """4 vectors of 16, seen as four lanes of four: transpose the 4 x 4 block of every lane."""
+        """4 vectors of m lanes of four: the 4 x 4 blocks that the lanes of one number make, transposed."""
+        n = r[0].type.count
 
         def unpack(x, y, first):
-            return self.pick(x, y, [4 * lane + k + 16 * s for lane in range(4) for k in (first, first + 1) for s in (0, 1)])
+            return self.pick(x, y, [lane + k + n * s for lane in range(0, n, 4) for k in (first, first + 1) for s in (0, 1)])
 
         def join(x, y, first):
-            return self.pick(x, y, [4 * lane + k + 16 * s for lane in range(4) for s in (0, 1) for k in (first, first + 1)])
+            return self.pick(x, y, [lane + k + n * s for lane in range(0, n, 4) for s in (0, 1) for k in (first, first + 1)])
 
         low, high = unpack(r[0], r[1], 0), unpack(r[0], r[1], 2)
         low_2, high_2 = unpack(r[2], r[3], 0), unpack(r[2], r[3], 2)
         return [join(low, low_2, 0), join(low, low_2, 2), join(high, high_2, 0), join(high, high_2, 2)]
 
-    def halves_to_lanes(self, records):
-        """8 vectors of 8 -> 4 vectors of 16: of four records element k, of the same element k + 4, and so for the other four."""
-        return self.transpose_lanes([self.concatenate(records[c], records[c + 4]) for c in range(4)])
-
-    def records_to_rows(self, records):
-        """16 vectors of 8 -> 8 vectors of 16."""
-        halves = [self.halves_to_lanes(e) for e in (records[:8], records[8:])]
-
-        def gather(k, lanes):
-            return self.pick(
-                halves[0][k], halves[1][k], [4 * lane + t + 16 * s for s in (0, 1) for lane in lanes for t in range(4)]
-            )
-
-        return [gather(k, (0, 2)) for k in range(4)] + [gather(k, (1, 3)) for k in range(4)]
+    def transpose(self, records):
+        """8 vectors of 8, seen as a matrix, transposed."""
+        first, second = self.transpose_lanes(records[:4]), self.transpose_lanes(records[4:])
+        low, high = ([t + 8 * s + k for s in (0, 1) for k in range(4)] for t in (0, 4))
+        return [self.pick(x, y, lanes) for lanes in (low, high) for x, y in zip(first, second, strict=True)]
 
     def fours_to_rows(self, fours):
-        """16 vectors of 4 -> 4 vectors of 16."""
-
-        def lanes(c):
-            return self.concatenate(*(self.concatenate(fours[k], fours[k + 4]) for k in (c, c + 8)))
-
-        return self.transpose_lanes([lanes(c) for c in range(4)])
-
-    def rows_to_records(self, rows):
-        """8 vectors of 16 -> 16 vectors of 8."""
-        upper, lower = self.transpose_lanes(rows[:4]), self.transpose_lanes(rows[4:])
-        return [
-            self.pick(upper[c % 4], lower[c % 4], [4 * (c // 4) + k + 16 * s for s in (0, 1) for k in range(4)]) for c in range(16)
-        ]
-
-    def places_to_rows(self, places):
         """8 vectors of 4 -> 4 vectors of 8."""
-        wide = [self.concatenate(places[k], places[k + 2]) for k in (0, 1, 4, 5)]
-        even, odd = [0, 8, 2, 10, 4, 12, 6, 14], [1, 9, 3, 11, 5, 13, 7, 15]
-        xz, yr = ([self.pick(wide[k], wide[k + 1], lanes) for k in (0, 2)] for lanes in (even, odd))
-        first, second = [0, 1, 4, 5, 8, 9, 12, 13], [2, 3, 6, 7, 10, 11, 14, 15]
-        return (
-            self.pick(*xz, first),
-            self.pick(*yr, first),
-            self.pick(*xz, second),
-            self.pick(*yr, second),
-        )
+        return self.transpose_lanes([self.concatenate(fours[k], fours[k + 4]) for k in range(4)])
+
+    def transpose_places(self, p):
+        """4 vectors of 4 doubles, seen as a matrix, transposed."""
+        xz = [self.pick(p[k], p[k + 1], [0, 4, 2, 6]) for k in (0, 2)]
+        yr = [self.pick(p[k], p[k + 1], [1, 5, 3, 7]) for k in (0, 2)]
+        low, high = [0, 1, 4, 5], [2, 3, 6, 7]
+        return self.pick(*xz, low), self.pick(*yr, low), self.pick(*xz, high), self.pick(*yr, high)
 
 
 def emit_gather(e, elastic, period=None, frequency=None):
@@ -186,25 +162,25 @@ def emit_gather(e, elastic, period=None, frequency=None):
         separations.append(e.fma(e.record(place, j, PLACE), e.constant(SEPARATION), e.record(place, i, PLACE)))
         approaches.append(e.fma(e.record(motion, j, MOTION), e.constant(APPROACH, element), e.record(motion, i, MOTION)))
         spins.append(e.load(motion, e.at(e.start(j, MOTION), UX), MOTION - UX))
-    halves = []
-    for h in (0, 8):
-        *axes, R_sum = e.places_to_rows(separations[h : h + 8])
+    for h in range(0, LANES, PLACE):
+        *axes, R_sum = e.transpose_places(separations[h : h + PLACE])
         if period:
             axes = [nearest_image(e, x, period[a], frequency[a]) for a, x in enumerate(axes)]
         gap = e.b.fmul(R_sum, R_sum)
         for x in axes:
             gap = e.fma(e.b.fneg(x), x, gap)
-        halves.append([e.narrow(row, element) for row in (*axes, gap)])
-    rows = [e.concatenate(low, high) for low, high in zip(*halves, strict=True)] + speed_rows(e, approaches)
+        for r, row in enumerate((*axes, gap)):
+            e.store(buffer, e.at(q, r * BLOCK + h), e.narrow(row, element))
+    rows = speed_rows(e, approaches)
     if elastic:
         rows += e.fours_to_rows(spins)[:3]
     for r, row in enumerate(rows):
-        e.store(buffer, e.at(q, r * BLOCK), row)
+        e.store(buffer, e.at(q, (4 + r) * BLOCK), row)
 
 
 def speed_rows(e, records):
     """Velocity and spin velocity of LANES motion records as six rows."""
-    rows = e.records_to_rows(records)
+    rows = e.transpose(records)
     return [rows[t] for t in SPEEDS]
 
 
@@ -219,8 +195,8 @@ def emit_gather_at_wall(e):
         i = e.number(first, q, c)
         centres.append(e.record(place, i, PLACE))
         approaches.append(e.b.fsub(e.b.fsub(e.record(motion, i, MOTION), leading), rest))
-    for h in (0, 8):
-        for r, row in enumerate(e.places_to_rows(centres[h : h + 8])):
+    for h in range(0, LANES, PLACE):
+        for r, row in enumerate(e.transpose_places(centres[h : h + PLACE])):
             e.store(places, e.at(q, r * BLOCK + h), row)
     for r, row in enumerate(speed_rows(e, approaches)):
         e.store(buffer, e.at(q, (4 + r) * BLOCK), row)
@@ -235,7 +211,7 @@ def load_records(e, buffer, q, twist):
     """Load records of LANES contacts from slot q on, as vectors of 8; Q stands in row `twist`."""
     force, q_rows = ([e.load(buffer, e.at(q, r * BLOCK), LANES) for r in range(first, first + 3)] for first in (FORCE, twist))
     resistance = e.load(buffer, e.at(q, RESISTANCE * BLOCK), LANES)
-    return e.rows_to_records([*force, e.constant([0.0] * LANES, buffer[1]), *q_rows, resistance])
+    return e.transpose([*force, e.constant([0.0] * LANES, buffer[1]), *q_rows, resistance])
 
 
 def emit_scatter_at_wall(e):
@@ -300,7 +276,7 @@ def gather_lanes_at_wall(typing, place, motion, first, velocity, q, b, places):
 def spread_axes(e, k):
     """The three numbers of array argument k, each spread over a vector."""
     values = e.load(e.array(k), ir.Constant(INT64, 0), 2), e.load(e.array(k), ir.Constant(INT64, 2), 1)
-    return [e.spread(values[0], 0, 8), e.spread(values[0], 1, 8), e.spread(values[1], 0, 8)]
+    return [e.spread(values[0], 0, 4), e.spread(values[0], 1, 4), e.spread(values[1], 0, 4)]
 
 
 @intrinsic
@@ -374,7 +350,7 @@ class Advance:
         self.step = e.b.fmul(e.pick(step, step, range(PLACE)), e.constant([1.0, 1.0, 1.0, 0.0]))
         self.nothing = e.constant([0.0] * MOTION, self.element)
         self.brake_ends = e.constant([0.0] * (MOTION - 1) + [-1.0], self.element)  # the resistance's way through
-        self.fastest2 = e.constant([0.0] * LANES, self.element)
+        self.fastest2 = e.constant([0.0] * MOTION, self.element)
 
     def pull(self, g):
         """Of group g: numbers, changes of velocity without resistance, what it becomes, share of spin to take away (negative)."""
@@ -387,12 +363,12 @@ class Advance:
             left = e.fma(e.spread(rest, FREE, MOTION), self.fall, left)
             changes.append(e.fma(load, e.b.fmul(e.spread(rest, INVERSE_MASS, MOTION), self.kick), left))
             unbraked.append(e.b.fadd(e.record(self.motion, number, MOTION), changes[-1]))
-        x, y, z, resist = e.halves_to_lanes(unbraked)  # of v, 0 and of u, resistance
-        speed2 = e.constant([TINY] * LANES, self.element)
+        x, y, z, resist = e.transpose_lanes(unbraked)  # of v, 0 and of u, resistance
+        speed2 = e.constant([TINY] * MOTION, self.element)
         for axis in (x, y, z):
             speed2 = e.fma(axis, axis, speed2)
         share = e.b.fdiv(resist, e.call("sqrt", speed2, fast=FAST), flags=FAST)
-        share = e.call("maxnum", share, e.constant([-1.0] * LANES, self.element), fast=FAST)
+        share = e.call("maxnum", share, e.constant([-1.0] * MOTION, self.element), fast=FAST)
         self.fastest2 = e.call("maxnum", self.fastest2, speed2, fast=FAST)
         return numbers, changes, unbraked, share
 
@@ -400,8 +376,7 @@ class Advance:
         """Take the share of spin away, round, move, and clear the loads."""
         e = self.e
         for c, number in enumerate(numbers):
-            own = 8 * (c // 4) + 4 + c % 4
-            brake = e.pick(e.spread(share, own, MOTION), self.brake_ends, [8, 8, 8, 8, 0, 0, 0, 15])
+            brake = e.pick(share, self.brake_ends, [8, 8, 8, 8, UX + c, UX + c, UX + c, 15])
             before, rest = e.record(self.motion, number, MOTION), e.record(self.remainder, number, MOTION)
             change = e.fma(brake, unbraked[c], changes[c])
             after = e.b.fadd(before, change)
@@ -417,12 +392,12 @@ class Advance:
 def emit_integrate(e, n_groups):
     """Emit one step of so many groups of grains."""
     advance, pulled = Advance(e), []
-    for g in range(n_groups):
-        pulled.append(advance.pull(g))
-        if g:
+    for g in range(n_groups + 1):
+        if g < n_groups:
+            pulled.append(advance.pull(g))
+        if g >= 1:
             advance.move(*pulled[g - 1])
-    advance.move(*pulled[-1])
-    return largest(e, e.pick(advance.fastest2, advance.fastest2, [0, 1, 2, 3, 8, 9, 10, 11]))
+    return largest(e, e.pick(advance.fastest2, advance.fastest2, [0, 1, 2, 3]))
 
 
 def undefined(count):
