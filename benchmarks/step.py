@@ -2,8 +2,9 @@
 
     python benchmarks/step.py
 
-The paper's base set while the tube is lifted and at rest, vector code, one thread. Stages are run many times over on a frozen
-state, best of several windows; list upkeep is spread over the steps between two upkeeps. The last line is JSON.
+The paper's base set at rest in its tube, while the tube is lifted, and as a heap at rest; vector code, one thread. Stages are run
+many times over on a frozen state, best of several windows; list upkeep is spread over the steps between two upkeeps. The last line
+is JSON.
 """
 
 import json
@@ -123,14 +124,13 @@ def profile(s) -> dict[str, float]:
     """Microseconds per step of every stage."""
     step_us, rebuilds, prunings = counted_steps(s)
     fastest = float(np.linalg.norm(s.grains.velocities_m_s, axis=1).max())
-    per_pruning = 2.2 * fastest * s.time_step_s * loop.PRUNE_STEPS
-    reach = float(np.clip(per_pruning, loop.LEAST_REACH * s._skin, loop.MOST_REACH * s._skin))
+    reach, wall_reach = loop.reaches(fastest * s.time_step_s, 0.0, s._skin)
     frequency, n_materials, dt = neighbours.frequencies(s._period), len(s.materials), s.time_step_s
     constants = s._constants
     lists = (s._pair_table, n_materials, s._material)
     neighbours.common_constants(s._grains, s._contacts, *lists)
     slabs.prune(s._grains, s._period, frequency, False, s._pairs, reach, s._contacts, *lists)
-    neighbours.prune_walls(s._grains, s._walls, s._wall_pairs, np.empty(0, np.int32), reach, s._wall_contacts, *lists)
+    neighbours.prune_walls(s._grains, s._walls, s._wall_pairs, np.empty(0, np.int32), wall_reach, s._wall_contacts, *lists)
     *grains, loads = (copied(values, quarter) for quarter, values in enumerate((*s._grains, s._loads)))
     grains, buffer = GrainArrays(*grains), s._buffers[0]
     on_walls = (s._walls, s._wall_contacts, buffer, constants, s._options)
@@ -159,8 +159,8 @@ def profile(s) -> dict[str, float]:
 
 
 def main() -> None:
-    """Profile both states and print."""
-    ready = prepare(base_set(QUICK_G), STATES[:2])
+    """Profile all states and print."""
+    ready = prepare(base_set(QUICK_G), STATES)
     result = {state: profile(simulation) for state, simulation in ready.items()}
     for name in next(iter(result.values())):
         print(f"{name:20s}" + "".join(f"{result[state][name]:14}" for state in result))

@@ -8,7 +8,7 @@ import numpy as np
 from dem import energy, slabs
 from dem.jit import jit, lean_jit
 from dem.layout import BLOCK, PLACE
-from dem.motion import carry_glued
+from dem.motion import carry_glued, fastest_grain
 from dem.neighbours import (
     carry_history,
     common_constants,
@@ -22,7 +22,7 @@ from dem.neighbours import (
     slab_numbers,
     used_slabs,
 )
-from dem.walls import later, move_walls
+from dem.walls import fastest_wall, later, move_walls
 
 #: A bound that stands for lists that must be remade (m; finite, because kernels may assume that no value is infinite).
 LISTS_STALE = 1e30
@@ -30,10 +30,13 @@ LISTS_STALE = 1e30
 #: Why `advance` came back.
 FINISHED, PAIRS_FULL, WALL_PAIRS_FULL, CONTACTS_FULL, BLEW_UP = range(5)
 
-#: The inner list is remade about every so many steps ...
-PRUNE_STEPS = 20.0
-#: ... but reaches at least this fraction of the skin, and at most that.
-LEAST_REACH, MOST_REACH = 0.0125, 0.3
+#: Square of the reach of the pairs' inner list over skin and way of the fastest grain in a step. Farther, and it lasts longer but
+#: holds more pairs that do not touch; at the square root of the way both cost about the same.
+UPKEEP = 1.44
+#: Few grains are near walls: the inner list of walls lasts about so many steps.
+WALL_PRUNE_STEPS = 20.0
+#: Reach in skins: of the pairs' inner list at least, of the walls' at least, of both at most.
+LEAST_REACH, LEAST_WALL_REACH, MOST_REACH = 5e-4, 0.1, 0.3
 
 
 class OuterList(NamedTuple):
@@ -182,12 +185,13 @@ def refresh_lists(
     frequency,
     skin,
     reach,
+    wall_reach,
     options,
     origin,
     list_age,
     parallel,
 ):
-    """Save the contacts' history, rebuild the outer lists if a pair could be missing, and prune the contacts up to `reach`.
+    """Save the contacts' history, rebuild the outer lists if a pair could be missing, and prune up to `reach` and `wall_reach`.
 
     Arguments as in `advance`. Returns (FINISHED or why not, outer rebuilds).
     """
@@ -197,9 +201,9 @@ def refresh_lists(
     else:
         slabs.save_threads(contacts, pair_list.history)
     save_with_walls(wall_contacts, wall_pairs.history)
-    if 2.0 * list_age[0] + reach > skin and list_age[0] < LISTS_STALE:
-        list_age[0] = max(farthest(grains, origin), list_age[1])  # the bound adds up the fastest grain of every step
-    if 2.0 * list_age[0] + reach > skin:
+    if are_old(list_age, reach, wall_reach, skin) and list_age[0] < LISTS_STALE:
+        list_age[0] = farthest(grains, origin)  # the bound adds up the fastest grain of every step
+    if are_old(list_age, reach, wall_reach, skin):
         reason = rebuild(grains, period, walls, skin, pair_list, wall_pairs, spare, wall_spare, contacts)
         if reason != FINISHED:
             return reason, n_rebuilds
@@ -219,8 +223,22 @@ def refresh_lists(
     if not fits:
         contacts.count[:] = 0
         return CONTACTS_FULL, n_rebuilds
-    prune_walls(grains, walls, wall_pairs, slab_numbers(pair_list), reach, wall_contacts, pair_table, n_materials, material)
+    prune_walls(grains, walls, wall_pairs, slab_numbers(pair_list), wall_reach, wall_contacts, pair_table, n_materials, material)
     return FINISHED, n_rebuilds
+
+
+@lean_jit
+def reaches(grain_way, wall_way, skin):
+    """Reach (m) of the inner lists of pairs and of walls, where the fastest grain and wall go so far in a step (m)."""
+    of_pairs = max(math.sqrt(UPKEEP * grain_way * skin), LEAST_REACH * skin)
+    of_walls = max(1.1 * WALL_PRUNE_STEPS * (grain_way + wall_way), LEAST_WALL_REACH * skin)
+    return min(of_pairs, MOST_REACH * skin), min(of_walls, MOST_REACH * skin)
+
+
+@lean_jit
+def are_old(list_age, reach, wall_reach, skin):
+    """Whether the outer lists could miss a pair, or a grain at a wall, within the reach of the inner lists."""
+    return 2.0 * list_age[0] + reach > skin or list_age[0] + list_age[1] + wall_reach > skin
 
 
 @jit
@@ -269,9 +287,9 @@ def advance(
     frequency = frequencies(period)
     n_rebuilds = 0
     n_prunings = 0
-    travel = 0.0  # bound on half the way that two grains, or a grain and a wall, came closer since the last pruning
-    reach = -1.0
-    fastest = 0.0
+    travel, wall_travel = 0.0, 0.0  # bounds on the ways of the grains and the walls since the last pruning
+    reach, wall_reach = -1.0, -1.0
+    grain_speed, wall_speed = fastest_grain(grains), fastest_wall(walls)
     reason = FINISHED
     done = 0
     mean_force[:] = 0.0
@@ -287,21 +305,22 @@ def advance(
     speeds[:] = 0.0
     common_constants(grains, contacts, pair_table, n_materials, material)
     while done < n_steps:
-        if 2.0 * travel > reach:
+        if 2.0 * travel > reach or travel + wall_travel > wall_reach:
             list_age[0] += travel
-            travel = 0.0
-            reach = min(max(2.2 * fastest * dt * PRUNE_STEPS, LEAST_REACH * skin), MOST_REACH * skin)
+            travel, wall_travel = 0.0, 0.0
+            reach, wall_reach = reaches(grain_speed * dt, wall_speed * dt, skin)
             reason, rebuilt = refresh_lists(
                 grains, material, walls, pair_list, wall_pairs, spare, wall_spare, contacts, wall_contacts, pair_table, n_materials,
-                period, frequency, skin, reach, options, origin, list_age, parallel,
+                period, frequency, skin, reach, wall_reach, options, origin, list_age, parallel,
             )  # fmt: skip
             n_rebuilds += rebuilt
             if reason != FINISHED:
                 break
             n_prunings += 1
         used, at_once = used_slabs(pair_list.slab), 1
-        if moves_at_once and not is_driven and done > 0:  # after the first step the speeds are known
-            at_once = min(n_steps - done, steps_within(0.5 * reach - travel, fastest * dt, used))
+        if moves_at_once and not is_driven:
+            left = min(0.5 * reach - travel, 0.5 * (wall_reach - travel - wall_travel))
+            at_once = min(n_steps - done, steps_within(left, max(grain_speed, 0.5 * (grain_speed + wall_speed)) * dt, used))
         if ledger is not None:
             energy.note_step(grains, period, frequency, contacts, walls, wall_contacts, constants, ledger, options.elastic_rolling)
         later(walls, dt, wall_steps.geometry[:at_once])
@@ -327,8 +346,8 @@ def advance(
                 slabs.move_threads(grains, loads, pair_list, gravity, speeds, constants, options)
         for k in range(at_once):
             wall_speed, grain_speed = move_walls(walls, dt), speeds[k].max()
-            fastest = max(grain_speed, 0.5 * (grain_speed + wall_speed))
-            travel += fastest * dt
+            travel += grain_speed * dt
+            wall_travel += wall_speed * dt
             list_age[1] += wall_speed * dt
         done += at_once
         if max(grain_speed, wall_speed) > speed_limit:

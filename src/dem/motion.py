@@ -83,6 +83,18 @@ def velocity(grains, i):
 
 
 @jit
+def fastest_grain(grains):
+    """Speed of the fastest grain in m/s."""
+    fastest = 0.0
+    for i in range(0, grains.motion.shape[0], MOTION):
+        speed2 = 0.0
+        for t in range(3):
+            speed2 += float(grains.motion[i + VX + t]) ** 2
+        fastest = max(fastest, speed2)
+    return math.sqrt(fastest)
+
+
+@jit
 def kinetic_energy(grains):
     """Translational and rotational kinetic energy of all free grains, in J."""
     translation, rotation = 0.0, 0.0

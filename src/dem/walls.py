@@ -217,20 +217,25 @@ def later(walls, dt, geometry):
 
 
 @lean_jit
+def fastest_wall(walls):
+    """Speed of the fastest wall in m/s."""
+    fastest = 0.0
+    for w in range(walls.kind.shape[0]):
+        v = walls.velocity[w]
+        fastest = max(fastest, v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+    return math.sqrt(fastest)
+
+
+@lean_jit
 def move_walls(walls, dt):
     """Drive and displace every wall by one step; returns the largest wall speed. `walls.force` must hold this step's forces."""
-    fastest = 0.0
     for w in range(walls.kind.shape[0]):
         axis = walls.drive_axis[w]
         if axis >= 0:
             applied, mass, damping = walls.drive[w, 0], walls.drive[w, 1], walls.drive[w, 2]
             v = walls.velocity[w, axis]
             walls.velocity[w, axis] = (v + dt * (walls.force[w, axis] + applied) / mass) / (1.0 + dt * damping / mass)
-        speed2 = 0.0
         for t in range(3):
-            v = walls.velocity[w, t]
-            speed2 += v * v
-            walls.geometry[w, t] += v * dt
-            walls.geometry[w, 3 + t] += v * dt
-        fastest = max(fastest, speed2)
-    return math.sqrt(fastest)
+            walls.geometry[w, t] += walls.velocity[w, t] * dt
+            walls.geometry[w, 3 + t] += walls.velocity[w, t] * dt
+    return fastest_wall(walls)

@@ -1,5 +1,6 @@
 """The public API on small systems: lists, history, factories, refusals."""
 
+import copy
 import re
 
 import numba
@@ -536,6 +537,47 @@ def test_a_fast_wall_finds_a_grain_that_was_far_away():
     simulation.run(20 * RADIUS_M / 0.5)
     assert simulation.grains.positions_m[0, 2] - simulation.wall("floor").low_m[2] > 0.9 * RADIUS_M
     assert simulation.grains.velocities_m_s[0, 2] > 0.5
+
+
+@pytest.mark.parametrize("gap_ratio", [0.4, 0.6, 0.8, 1.0, 5.0])
+def test_two_grains_that_fly_at_each_other_meet_in_time(gap_ratio):
+    """Whether or not the outer list of the start holds the pair: they rebound with their coefficient of restitution."""
+    simulation = make(gravity_m_s2=(0.0, 0.0, 0.0), time_step_rayleigh_ratio=0.1)
+    for side in (-1.0, 1.0):
+        place = (side * (1.0 + 0.5 * gap_ratio) * RADIUS_M, 0.0, 0.0)
+        simulation.add_grains([place], RADIUS_M, "soil", [(-0.5 * side, 0.0, 0.0)])
+    simulation.run((gap_ratio + 1.0) * RADIUS_M / 0.5)
+    assert simulation.grains.velocities_m_s[:, 0] == pytest.approx([-0.25, 0.25], rel=0.02)
+
+
+def test_a_glued_grain_meets_a_free_one_in_time():
+    """It moves with its wall, not as free grains do, and is as heavy: the free one leaves with 1 + e times its speed."""
+    simulation = make([floor()], gravity_m_s2=(0.0, 0.0, 0.0), time_step_rayleigh_ratio=0.1)
+    simulation.add_grains([(0.0, 0.0, 1.5 * RADIUS_M), (0.0, 0.0, 4.3 * RADIUS_M)], RADIUS_M, "soil")
+    simulation.glue([0], "floor")
+    simulation.move_wall("floor", (0.0, 0.0, 0.5))
+    simulation.run(3 * RADIUS_M / 0.5)
+    assert simulation.grains.velocities_m_s[1, 2] == pytest.approx(0.75, rel=0.02)
+
+
+@pytest.mark.parametrize("state", ["falling", "at rest", "floor strikes", "tube lifted", "tube far away"])
+def test_lists_that_last_give_the_steps_of_lists_made_for_each_step(state):
+    """Every `advance` begins with new inner lists. A contact felt a step late would change velocities by far more than rounding."""
+    lasting = box_of_grains(precision="float64")
+    lasting.run(0.04 if state == "falling" else 0.3)
+    walls = {"floor strikes": ("floor", 0.3), "tube lifted": ("tube", 0.05), "tube far away": ("tube", 5.0)}
+    if state in walls:
+        name, speed_m_s = walls[state]
+        lasting.move_wall(name, (0.0, 0.0, speed_m_s))
+    if state.startswith("tube"):
+        lasting.run(0.02)
+    each_step = copy.deepcopy(lasting)
+    lasting.advance(400)
+    for _ in range(400):
+        each_step.advance(1)
+    a, b = lasting.grains, each_step.grains
+    assert np.abs(a.velocities_m_s - b.velocities_m_s).max() < 1e-8
+    assert np.abs(a.positions_m - b.positions_m).max() < 1e-8 * RADIUS_M
 
 
 @pytest.mark.parametrize(("pair", "e"), [(("a", "a"), 0.9), (("a", "b"), 0.2)])
