@@ -345,7 +345,7 @@ def advance(
             else:
                 slabs.move_threads(grains, loads, pair_list, gravity, speeds, constants, options)
         for k in range(at_once):
-            wall_speed, grain_speed = move_walls(walls, dt), speeds[k].max()
+            wall_speed, grain_speed = move_walls(walls, dt), speeds[k, :used].max()
             travel += grain_speed * dt
             wall_travel += wall_speed * dt
             list_age[1] += wall_speed * dt

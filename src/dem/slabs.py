@@ -12,7 +12,7 @@ import numpy as np
 
 from dem import motion, pairs, vectors
 from dem.contact.block import contact_stage
-from dem.jit import jit, lean_jit, parallel_jit, prange
+from dem.jit import inline_jit, jit, lean_jit, parallel_jit, prange
 from dem.layout import BLOCK, SECOND_SPIN
 from dem.neighbours import in_block, prune_slab, save_history, used_slabs
 from dem.walls import push, separate
@@ -41,7 +41,7 @@ class WallSteps(NamedTuple):
     places: np.ndarray
 
 
-@lean_jit
+@inline_jit
 def gather(grains, period, frequency, first, second, n, buffer, options, elastic):
     """Fill the work buffer for n pairs, by the code that the options ask for."""
     if options.vector_code:
@@ -56,7 +56,7 @@ def gather(grains, period, frequency, first, second, n, buffer, options, elastic
             pairs.gather_pairs(grains, first, second, n, buffer, elastic)
 
 
-@lean_jit
+@inline_jit
 def scatter(loads, first, second, n, buffer, options, elastic):
     """Add the loads in the work buffer to the grains, by the code that the options ask for."""
     if options.vector_code:
@@ -65,7 +65,7 @@ def scatter(loads, first, second, n, buffer, options, elastic):
         pairs.scatter_pairs(loads, first, second, n, buffer, elastic)
 
 
-@lean_jit
+@inline_jit
 def gather_at_wall(grains, velocity, first, n, buffer, places, options):
     """Fill the work buffer and `places` for n grains that may touch a wall, by the code that the options ask for."""
     if options.vector_code:
@@ -74,7 +74,7 @@ def gather_at_wall(grains, velocity, first, n, buffer, places, options):
         pairs.gather_at_wall(grains, velocity, first, n, buffer, places)
 
 
-@lean_jit
+@inline_jit
 def scatter_at_wall(loads, first, n, buffer, options):
     """Add the loads of n wall contacts to their grains, by the code that the options ask for."""
     if options.vector_code:
@@ -83,7 +83,7 @@ def scatter_at_wall(loads, first, n, buffer, options):
         pairs.scatter_at_wall(loads, first, n, buffer)
 
 
-@lean_jit
+@inline_jit
 def contact_loads(n, k0, buffer, contacts, constants, elastic):
     """Turn the work buffer's separations and velocities into loads of the n contacts from number k0 on, all in one block."""
     c = contacts.common[0] if contacts.alike[0] else contacts.constants[k0 // BLOCK, k0 % BLOCK :]
@@ -91,7 +91,7 @@ def contact_loads(n, k0, buffer, contacts, constants, elastic):
     contact_stage(n, buffer, c, h, constants.dt, constants.one, constants.zero, constants.tiny, constants.least, elastic)
 
 
-@lean_jit
+@inline_jit
 def wall_forces(s, step, grains, loads, walls, contacts, wall_steps, buffer, places, constants, options, elastic):
     """Loads of the contacts with walls of the grains of slab s; see `slab_forces`."""
     n_walls = walls.kind.shape[0]

@@ -13,7 +13,7 @@ import numpy as np
 from llvmlite import ir
 
 from dem import motion, pairs
-from dem.jit import cgutils, exact_jit, intrinsic, lean_jit, types
+from dem.jit import cgutils, exact_jit, inline_jit, intrinsic, lean_jit, types
 from dem.layout import BLOCK, FORCE, FREE, INVERSE_MASS, LOAD, MOTION, PLACE, RESISTANCE, SPEEDS, TWIST, TWIST_J, UX, U
 
 LANES = 8
@@ -448,7 +448,7 @@ def gather_periodic_pairs(grains, period, frequency, first, second, n, b, elasti
     pairs.gather_periodic_pairs(grains, period, frequency, first[whole:], second[whole:], n - whole, b[whole:], elastic)
 
 
-@lean_jit
+@inline_jit
 def gather_at_wall(grains, velocity, first, n, b, places):
     """As `dem.pairs.gather_at_wall`."""
     whole = n - n % LANES
@@ -457,7 +457,7 @@ def gather_at_wall(grains, velocity, first, n, b, places):
     pairs.gather_at_wall(grains, velocity, first[whole:], n - whole, b[whole:], places[whole:])
 
 
-@lean_jit
+@inline_jit
 def scatter_at_wall(loads, first, n, b):
     """As `dem.pairs.scatter_at_wall`."""
     whole = n - n % LANES

@@ -12,7 +12,7 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from dem.jit import jit, lean_jit
+from dem.jit import inline_jit, lean_jit
 from dem.layout import BLOCK as B
 from dem.layout import FORCE
 
@@ -150,7 +150,7 @@ def outwards(x, y, radius):
     return 1.0 - radius / math.sqrt(x * x + y * y + 1e-30)
 
 
-@jit
+@lean_jit
 def wall_separation(place, o, walls, w):
     """Vector in m from the nearest point of wall w to the centre of the grain whose place record starts at o."""
     x, y, z, g = place[o], place[o + 1], place[o + 2], walls.geometry[w]
@@ -191,7 +191,7 @@ def store(x, y, z, r, q, b):
     b[3 * B + q] = r * r - (x * x + y * y + z * z)
 
 
-@lean_jit
+@inline_jit
 def push(force, n, b):
     """Add the reactions of n contacts to the force (3,) on their wall."""
     x, y, z = 0.0, 0.0, 0.0
