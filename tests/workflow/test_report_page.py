@@ -175,27 +175,30 @@ def test_the_lift_plays_to_its_end(desk):
 
 
 def test_grains_are_drawn_at_their_true_size(desk):
-    """One grain alone, 1 mm to 100 pixels of the page's own reckoning: as wide as twice its radius."""
+    """Two grains two diameters from centre to centre: the gap is as wide as each of them, whatever font draws them."""
     area = plot(desk, "grains")
+    area.evaluate("(plot) => Plotly.relayout(plot, { 'scene.camera.eye': { x: 0, y: -2, z: 0 } })")
     still(area)
-    size = area.evaluate(
-        """async (plot) => {
-            const size = [plot.data[0].marker.size].flat()[0];
-            plot.removeAllListeners("plotly_afterplot");
-            plot.removeAllListeners("plotly_relayouting");
-            const centre = ["x", "y", "z"].map((axis) => plot._fullLayout.scene[axis + "axis"].range).map(([a, b]) => (a + b) / 2);
-            const [x, y, z] = centre.map((value) => [[value]]);
-            const looks = { "marker.color": "red", "marker.showscale": false, "marker.line.width": 0, "marker.size": 20 };
-            await Plotly.restyle(plot, { x, y, z, ...looks }, [0]);
-            return size;
-        }"""
+    with desk.page.expect_download() as download:
+        desk.page.locator("figure[data-view=grains] .controls button[aria-label^=Data]").click()
+    radius = float(next(csv.DictReader(io.StringIO(download.value.path().read_text())))["radius_mm"])
+    area.evaluate(
+        """(plot, radius) => {
+            const [x, y, z] = ["x", "y", "z"].map((axis) => {
+                const [low, high] = plot._fullLayout.scene[axis + "axis"].range;
+                return (low + high) / 2;
+            });
+            const looks = { "marker.color": "red", "marker.showscale": false, "marker.line.width": 0 };
+            return Plotly.restyle(plot, { x: [[x - 2 * radius, x + 2 * radius]], y: [[y, y]], z: [[z, z]], ...looks }, [0]);
+        }""",
+        radius,
     )
-    assert size > 0
     seen = still(area)
-    red = (seen[..., 0] > 200) & (seen[..., 1:].max(axis=2) < 80)
-    width = np.ptp(np.nonzero(red)[1]) + 1
-    # views.js divides by this factor
-    assert width / 20.0 == pytest.approx(3.03, rel=0.03)
+    red = ((seen[..., 0] > 200) & (seen[..., 1:].max(axis=2) < 80)).any(axis=0)
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], red, [False])).astype(int)))
+    assert len(edges) == 4
+    left, gap, right = np.diff(edges)
+    assert [left, right] == pytest.approx([gap, gap], rel=0.05, abs=1)
 
 
 @pytest.mark.parametrize(("button", "columns"), [

@@ -206,17 +206,32 @@
     return [["x_mm", "y_mm", "z_mm", "radius_mm", ...names.map((name) => SCALARS[name])], ...rows];
   }
 
-  // Plotly draws the circles of a 3D plot this many times as wide as `marker.size` says (measured; a test looks at it).
-  const DRAWN_SIZE = 3.03;
+  // A 3D plot draws its circles as the letter ● of whatever font the machine has, four times as high as `marker.size` says (Plotly's code).
+  const CIRCLE = "●", SIZE_FACTOR = 4;
+
+  // Width of the drawn circle over its `marker.size`, from this machine's letter.
+  function drawnSize() {
+    const em = 64, side = 2 * em; // the size at which Plotly outlines it
+    const canvas = document.createElement("canvas");
+    canvas.width = canvas.height = side;
+    const letter = canvas.getContext("2d");
+    letter.font = `${em}px normal`; // as Plotly asks for it: a font that no machine has
+    letter.fillText(CIRCLE, em / 2, 1.5 * em);
+    const { data } = letter.getImageData(0, 0, side, side);
+    const column = (x) => Array.from({ length: side }, (_, y) => data[4 * (y * side + x) + 3]).some((ink) => ink > 127);
+    const width = Array.from({ length: side }, (_, x) => column(x)).filter(Boolean).length;
+    return (SIZE_FACTOR * width) / em;
+  }
 
   // Has the grains' circles keep their true size in a plot without perspective.
   function trueSize(plot, Plotly, radii) {
+    const drawn = drawnSize();
     let last = 0;
     const set = () => {
       const scale = pixelsPerMm(plot);
       if (!(scale > 0) || Math.abs(scale / last - 1) < 0.02) return;
       last = scale;
-      const sizes = radii().map((radius) => (2 * scale * radius) / DRAWN_SIZE);
+      const sizes = radii().map((radius) => (2 * scale * radius) / drawn);
       Plotly.restyle(plot, { "marker.size": sizes.every((size) => size === sizes[0]) ? sizes[0] : [sizes] }, [0]);
     };
     plot.on("plotly_afterplot", set);
