@@ -20,9 +20,9 @@ from dem.walls import push, separate
 #: Neighbouring slabs are done in turn, in so many groups that may run side by side if their numbers are both even or both odd.
 GROUPS = 16
 
-#: So many steps are made at once where there are slabs enough for FEWEST_GROUPS groups that do not meet then, see `group_step`.
-STEPS_AT_ONCE, FEWEST_GROUPS = 5, 4
-SLABS_PER_GROUP = 2 * STEPS_AT_ONCE - 1
+#: Most and fewest steps that are made at once: as many as leave slabs enough for FEWEST_GROUPS groups that do not meet then, see
+#: `group_step`. Where that would be fewer, grains stay in the third-level cache, and steps are made one by one.
+STEPS_AT_ONCE, LEAST_AT_ONCE, FEWEST_GROUPS = 8, 5, 4
 
 #: With that many slabs the grains come from memory: those of the next slab to come are asked for while a slab's contacts are
 #: computed, so many blocks before the contacts at the same place in their slab need them.
@@ -150,17 +150,17 @@ def move_slab(s, grains, loads, outer, gravity, speeds, constants, options):
 
 
 @lean_jit
-def groups_of(used):
-    """How many groups so many slabs are done in: 1 or an even number; with several steps at once a multiple of 4 (two threads)."""
-    if used < FEWEST_GROUPS * SLABS_PER_GROUP:
-        return min(GROUPS, used)
-    return min(GROUPS, used // SLABS_PER_GROUP // 4 * 4)
+def most_steps(used):
+    """How many steps can be made at once with so many slabs: a group that does not meet others in n steps has 2 n - 1 of them."""
+    n = min(STEPS_AT_ONCE, (used // FEWEST_GROUPS + 1) // 2)
+    return n if n >= LEAST_AT_ONCE else 1
 
 
 @lean_jit
-def most_steps(used):
-    """How many steps can be made at once with so many slabs."""
-    return STEPS_AT_ONCE if used >= FEWEST_GROUPS * SLABS_PER_GROUP else 1
+def groups_of(used):
+    """How many groups so many slabs are done in: 1 or an even number; with several steps at once a multiple of 4 (two threads)."""
+    n = most_steps(used)
+    return min(GROUPS, used) if n == 1 else min(GROUPS, used // (2 * n - 1) // 4 * 4)
 
 
 @lean_jit
