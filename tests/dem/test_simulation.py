@@ -370,17 +370,18 @@ def test_grains_of_a_dense_packing_move_at_once_as_when_all_wait(shape, periodic
 
 
 def long_packing(threads=1, periodic=False, driven=False, n_steps=50):
-    """A lattice of slabs enough for steps made at once, and two grains that are about to meet; advanced by n_steps.
+    """A lattice of slabs enough for most steps at once, slow enough too, and two grains about to meet; advanced by n_steps.
 
     Two walls move against the lattice. The two grains overlap after the first step.
 
     driven : with one more wall, far away, that a force drives: then steps are made one by one.
     """
-    shape, spacing_m = (150, 29, 29), 1.98 * RADIUS_M
+    shape, spacing_m = (150, 29, 29), 1.999 * RADIUS_M
     size_m = np.array(shape) * spacing_m
+    low_m, edge_m = (-1, -1, -1), -0.999 * RADIUS_M
     walls = [
-        dem.Box(name="floor", material="soil", low_m=(-1, -1, -1), high_m=(1, 1, -0.98 * RADIUS_M), velocity_m_s=(0.1, 0, 0.2)),
-        dem.Box(name="side", material="soil", low_m=(-1, -1, -1), high_m=(1, -0.99 * RADIUS_M, 1), velocity_m_s=(0, -0.1, 0)),
+        dem.Box(name="floor", material="soil", low_m=low_m, high_m=(1, 1, edge_m), velocity_m_s=(0.02, 0, 0.04)),
+        dem.Box(name="side", material="soil", low_m=low_m, high_m=(1, edge_m, 1), velocity_m_s=(0, -0.02, 0)),
     ]
     if driven:
         drive = dem.Drive(axis=0, applied_force_n=1.0, mass_kg=1.0)
@@ -388,12 +389,14 @@ def long_packing(threads=1, periodic=False, driven=False, n_steps=50):
     s = make(walls, threads=threads, period_m=(size_m[0] if periodic else 0.0, 0.0, 0.0))
     places = spacing_m * np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), -1).reshape(-1, 3)
     rng = np.random.default_rng(1)
-    s.add_grains(places, RADIUS_M, "soil", rng.normal(0, 0.05, places.shape), rng.normal(0, 10.0, places.shape))
-    speed_m_s = 0.01 * RADIUS_M / s.time_step_s
-    pair = size_m / 2 + [[0, 0, size_m[2]], [2.015 * RADIUS_M, 0, size_m[2]]]
+    s.add_grains(places, RADIUS_M, "soil", rng.normal(0, 0.01, places.shape), rng.normal(0, 10.0, places.shape))
+    speed_m_s = 5e-4 * RADIUS_M / s.time_step_s
+    pair = size_m / 2 + [[0, 0, size_m[2]], [2.0005 * RADIUS_M, 0, size_m[2]]]
     s.add_grains(pair, RADIUS_M, "soil", [[speed_m_s, 0, 0], [-speed_m_s, 0, 0]])
     s.advance(n_steps)
-    assert slabs.most_steps(neighbours.used_slabs(s._pairs.slab)) == slabs.STEPS_AT_ONCE
+    way_m = np.linalg.norm(s.grains.velocities_m_s, axis=1).max() * s.time_step_s
+    reach_m, _ = loop.reaches(way_m, 0.0, s._skin)
+    assert loop.steps_within(0.5 * reach_m, way_m, neighbours.used_slabs(s._pairs.slab)) == slabs.STEPS_AT_ONCE
     return s
 
 
@@ -418,7 +421,8 @@ def test_steps_made_at_once_give_the_same_bytes_for_any_number_of_threads():
 
 
 @pytest.mark.parametrize(
-    ("way_m", "used", "n"), [(0.0, 36, 1), (1.9, 36, 1), (2.0, 36, 2), (4.0, 36, 3), (1e3, 36, 5), (1e3, 52, 7), (1e3, 128, 8), (1e3, 35, 1)]
+    ("way_m", "used", "n"),
+    [(0.0, 36, 1), (1.9, 36, 1), (2.0, 36, 2), (4.0, 36, 3), (1e3, 36, 5), (1e3, 52, 7), (1e3, 128, 8), (1e3, 35, 1)],
 )
 def test_so_many_steps_at_once_that_grains_twice_as_fast_stay_within_the_way(way_m, used, n):
     assert loop.steps_within(way_m, 1.0, used) == n
