@@ -52,7 +52,7 @@ new-study: setup  ## start a study of your own: STUDY=<name>, and SOIL=<name> fo
 smoke: setup  ## the whole workflow in a few minutes, with few grains
 	$(BIN)/snakemake -c$(CORES) all --configfile config/smoke.yaml
 
-paper: setup  ## the paper's exact fidelity: about an hour
+paper: setup  ## the paper's exact fidelity: half an hour to an hour
 	$(BIN)/snakemake -c$(CORES) all --configfile config/paper.yaml
 
 reference: paper  ## the paper's exact fidelity again, and its tables and report into docs/reference

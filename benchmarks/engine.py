@@ -75,6 +75,14 @@ def lifted(simulation: Simulation, states) -> dict[str, Simulation]:
     return ready
 
 
+def plain_twin(simulation: Simulation) -> Simulation:
+    """A copy that goes on from the same state in plain numba."""
+    twin = copy.deepcopy(simulation)
+    twin._options = twin._options._replace(vector_code=False)
+    twin.advance(WARM_UP_STEPS)
+    return twin
+
+
 def window(simulation: Simulation, steps: int) -> float:
     """Million grain-steps per second over so many steps."""
     start = time.perf_counter()
@@ -92,17 +100,25 @@ def measure(engines: dict, n_windows: int) -> dict[str, dict[str, list[float]]]:
     return speeds
 
 
+def spread(samples) -> dict[str, float]:
+    """Median, least and most of some windows."""
+    return {name: round(float(value(samples)), 2) for name, value in (("median", np.median), ("least", np.min), ("most", np.max))}
+
+
+def ratios(by_engine) -> dict[str, dict[str, float]]:
+    """How many times as fast as each peer we are, by the windows of one state that follow each other."""
+    ours = np.array(by_engine["virtual-soil"])
+    return {name: spread(ours / samples) for name, samples in by_engine.items() if not name.startswith("virtual-soil")}
+
+
 def show(speeds) -> None:
     """Print a table: median, and the range of the windows; ratios against the peers with their spread."""
     for state, by_engine in speeds.items():
         print(state)
         for name, samples in by_engine.items():
             print(f"  {name:24s} {np.median(samples):7.2f} M grain-steps/s   ({min(samples):.2f} to {max(samples):.2f})")
-        ours = np.array(by_engine["virtual-soil"])
-        for name, samples in by_engine.items():
-            if not name.startswith("virtual-soil"):
-                ratio = ours / np.array(samples)
-                print(f"  ratio to {name:15s} {np.median(ratio):7.1f}   ({ratio.min():.1f} to {ratio.max():.1f})")
+        for name, ratio in ratios(by_engine).items():
+            print(f"  ratio to {name:15s} {ratio['median']:7.1f}   ({ratio['least']:.1f} to {ratio['most']:.1f})")
 
 
 def main() -> None:
@@ -111,15 +127,10 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="our own figures only")
     quick = parser.parse_args().quick
     start = time.perf_counter()
+    states = STATES[:2] if quick else STATES
+    ours = {"virtual-soil": prepare(base_set(QUICK_G if quick else PAPER_G), states)}
     if quick:
-        states = STATES[:2]
-        ours = {
-            "virtual-soil": prepare(base_set(QUICK_G), states),
-            "virtual-soil, plain numba": prepare(base_set(QUICK_G), states, vector_code=False),
-        }
-    else:
-        states = STATES
-        ours = {"virtual-soil": prepare(base_set(PAPER_G), states)}
+        ours["virtual-soil, plain numba"] = {state: plain_twin(s) for state, s in ours["virtual-soil"].items()}
     engines = {
         name: {state: lambda s=simulation: window(s, WINDOW_STEPS) for state, simulation in ready.items()}
         for name, ready in ours.items()
@@ -137,11 +148,12 @@ def main() -> None:
     speeds = measure(engines, n_windows=12 if quick else 8)
     show(speeds)
     result = {
-        "unit": "million grain-steps per second, median, one thread",
+        "unit": "million grain-steps per second, one thread; ratios: ours over a peer's",
         "shear_modulus_pa": QUICK_G if quick else PAPER_G,
         "machine": f"{platform.machine()}, {processor()}",
         "versions": versions,
-        "speeds": {state: {name: round(float(np.median(v)), 2) for name, v in by.items()} for state, by in speeds.items()},
+        "speeds": {state: {name: spread(v) for name, v in by.items()} for state, by in speeds.items()},
+        "ratios": {state: ratios(by) for state, by in speeds.items()},
         "seconds": round(time.perf_counter() - start, 1),
     }
     print(json.dumps(result))
