@@ -151,7 +151,7 @@ def move_slab(s, grains, loads, outer, gravity, speeds, constants, options):
 
 @lean_jit
 def most_steps(used):
-    """How many steps can be made at once with so many slabs: a group that does not meet others in n steps has 2 n - 1 of them."""
+    """How many steps can be made at once with so many slabs: a group that meets no other in n steps has at least 2 n - 1."""
     n = min(STEPS_AT_ONCE, (used // FEWEST_GROUPS + 1) // 2)
     return n if n >= LEAST_AT_ONCE else 1
 
