@@ -8,7 +8,7 @@ REFERENCE := soil repose shear strength screening reachability calibration itera
 	identifiability verification sensitivity coverage
 
 # what `make docs` describes
-API := dem dem.experiments dem.measure dem.contact dem.energy calibration exports
+API := dem dem.experiments dem.measure dem.contact dem.energy virtual_soil.calibration virtual_soil.exports
 
 .DEFAULT_GOAL := campaign
 
@@ -44,10 +44,10 @@ format: setup  ## rewrite Python and Snakemake files in the project's style
 	$(BIN)/snakefmt Snakefile workflow
 
 status:  ## how far a campaign is, while it runs or after: STUDY=<name>, default if none is given
-	@$(BIN)/python workflow/scripts/status.py $(if $(STUDY),--study $(STUDY))
+	@$(BIN)/python -m virtual_soil.campaign.status $(if $(STUDY),--study $(STUDY))
 
 new-study: setup  ## start a study of your own: STUDY=<name>, and SOIL=<name> for one in config/soils
-	@$(BIN)/python workflow/scripts/new_study.py '$(STUDY)' $(SOIL)
+	@$(BIN)/python -m virtual_soil.campaign.new_study '$(STUDY)' $(SOIL)
 
 smoke: setup  ## the whole workflow in a few minutes, with few grains
 	$(BIN)/snakemake -c$(CORES) all --configfile config/smoke.yaml
@@ -71,7 +71,7 @@ verify: setup  ## the engine beside published and closed-form results: docs/veri
 	$(BIN)/snakemake -c$(CORES) verification
 
 paper-optima: setup  ## every minimum of the published surrogates beside those that the paper prints
-	$(BIN)/python -m calibration.paper_optima
+	$(BIN)/python -m virtual_soil.calibration.paper_optima
 
 bench: setup  ## speed of the engine beside LIGGGHTS and LAMMPS (those that are installed)
 	$(BIN)/python benchmarks/engine.py
@@ -86,7 +86,7 @@ bench-planning: setup  ## what planning 50 to 5000 simulations takes, and what a
 	$(BIN)/python benchmarks/planning.py --run 300
 
 verify-peers: setup  ## heap, shear test and rolling contact beside LIGGGHTS (apt-get install liggghts)
-	$(BIN)/python -m verification.peers --cores $(CORES)
+	$(BIN)/python -m virtual_soil.verification.peers --cores $(CORES)
 
 notebook: setup  ## the example notebook executed again, with what it shows
 	$(BIN)/python docs/examples/execute.py

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from verification.peers import liggghts
+from virtual_soil.verification.peers import liggghts
 
 STEPS = 1000
 SETTLE_STEPS = 8000

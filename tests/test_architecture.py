@@ -1,4 +1,4 @@
-"""The import rule: workflow knows calibration and dem; these two do not know each other; only dem knows numba."""
+"""The import rule: workflow -> report -> campaign -> calibration, exports, dem, none of which knows another."""
 
 import ast
 import os
@@ -13,28 +13,59 @@ from dem.jit import source_hash
 SRC = Path(__file__).parents[1] / "src"
 
 
+#: What a package may import of the project. Workflow scripts may import all.
+MAY_IMPORT = {
+    "dem": set(),
+    "virtual_soil.calibration": set(),
+    "virtual_soil.exports": set(),
+    "virtual_soil.verification": {"dem"},
+    "virtual_soil.campaign": {"dem", "virtual_soil.calibration", "virtual_soil.exports"},
+    "virtual_soil.report": {"dem", "virtual_soil.calibration", "virtual_soil.exports", "virtual_soil.campaign"},
+}
+#: Modules below all packages.
+SHARED = {"virtual_soil.errors"}
+#: What a package must do without, of other projects.
+FORBIDDEN = {
+    "dem": {"pandas", "pyarrow", "snakemake", "yaml"},
+    "virtual_soil.calibration": {"numba", "snakemake"},
+    "virtual_soil.exports": {"numba", "snakemake"},
+    "virtual_soil.campaign": {"numba"},
+    "virtual_soil.report": {"numba"},
+}
+
+
 def imported(path):
-    """Top-level names of everything a file imports."""
+    """Full names of everything a file imports."""
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
-            yield from (alias.name.split(".")[0] for alias in node.names)
+            yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            yield node.module.split(".")[0]
+            assert node.level == 0, f"{path}: a relative import"
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
-@pytest.mark.parametrize(
-    ("package", "forbidden"),
-    [
-        ("dem", {"calibration", "snakemake", "pandas", "pyarrow", "yaml"}),
-        ("calibration", {"dem", "numba", "snakemake"}),
-        ("exports", {"dem", "calibration", "numba", "snakemake"}),
-    ],
-)
-def test_packages_know_only_what_lies_below_them(package, forbidden):
-    files = list((SRC / package).rglob("*.py"))
+def package_of(name):
+    """The package of the project that a module belongs to; None for other projects' modules."""
+    return next((package for package in MAY_IMPORT if f"{name}.".startswith(f"{package}.")), None)
+
+
+@pytest.mark.parametrize("package", MAY_IMPORT)
+def test_packages_know_only_what_lies_below_them(package):
+    files = list((SRC / package.replace(".", "/")).rglob("*.py"))
     assert files
     for path in files:
-        assert not forbidden & set(imported(path)), path
+        for name in imported(path):
+            top = name.split(".")[0]
+            assert top not in FORBIDDEN.get(package, set()), (path, name)
+            if top == "virtual_soil" and any(name.startswith(shared) for shared in SHARED):
+                continue
+            assert top != "virtual_soil" or package_of(name), f"{path} imports {name}, which belongs to no package"
+            assert package_of(name) in {None, package} | MAY_IMPORT[package], (path, name)
+
+
+def test_scripts_are_adapters_and_one_log():
+    beside = [path.name for path in (SRC.parent / "workflow" / "scripts").glob("_*")]
+    assert [name for name in beside if name != "__pycache__"] == ["_log.py"]
 
 
 def test_no_array_is_read_as_a_pickle():
@@ -51,7 +82,7 @@ def test_no_array_is_read_as_a_pickle():
 
 def test_numba_is_imported_in_one_place():
     # An import elsewhere could come first, before jit.py has set numba's environment (cache folder, vectoriser).
-    importers = [path.name for path in (SRC / "dem").rglob("*.py") if "numba" in set(imported(path))]
+    importers = [path.name for path in (SRC / "dem").rglob("*.py") if any(name.split(".")[0] == "numba" for name in imported(path))]
     assert importers == ["jit.py"]
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration import (
+from virtual_soil.calibration import (
     Space,
     comparison_table,
     coverage_table,
@@ -15,10 +15,10 @@ from calibration import (
     twin_soil,
     twin_table,
 )
-from calibration.design import point_at, point_id
-from calibration.gaussian_process import fit_process
-from calibration.uncertainty import Likelihood
-from calibration.verify import verdict
+from virtual_soil.calibration.design import point_at, point_id
+from virtual_soil.calibration.gaussian_process import fit_process
+from virtual_soil.calibration.uncertainty import Likelihood
+from virtual_soil.calibration.verify import verdict
 
 VARIABLES = ("radius_m", "static_friction", "rolling_friction")
 RANGES = {"radius_m": (25e-6, 500e-6), "static_friction": (0.0, 1.7), "rolling_friction": (0.0, 0.3)}
@@ -165,7 +165,7 @@ def test_the_truth_is_inside_where_it_is_probable_and_outside_where_it_is_not():
     models = campaign(SPACE.crowd(64))
     wanted = likelihood(models)
     optimum = pd.DataFrame([{"case": "hidden", **dict.fromkeys(VARIABLES, 0.1)}])
-    from calibration import posterior_table, sample
+    from virtual_soil.calibration import posterior_table, sample
 
     case = {"case": "hidden", "soil": "hidden", "weights": [0.25] * 4}
     posterior = posterior_table(case, wanted, *sample(wanted, 500))

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration import CalibrationError, from_json, to_json
-from calibration.models import choose, fit_both, known_points
+from virtual_soil.calibration import CalibrationError, from_json, to_json
+from virtual_soil.calibration.models import choose, fit_both, known_points
 
 DESIGN = {
     "variables": ["radius_m", "static_friction", "rolling_friction"],

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration import CalibrationError, fit_line, strength_table
+from virtual_soil.calibration import CalibrationError, fit_line, strength_table
 
 STRESSES = np.array([100.0, 200.0, 400.0, 800.0])
 

@@ -6,8 +6,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration import CalibrationError, calibrate, gauss_newton, paper, paper_optima, published
-from calibration.optimise import LEAST_COHESION_PA, calibrate_case, distinct, objectives, search, targets_of, within_reach
+from virtual_soil.calibration import CalibrationError, calibrate, gauss_newton, paper, paper_optima, published
+from virtual_soil.calibration.optimise import (
+    LEAST_COHESION_PA,
+    calibrate_case,
+    distinct,
+    objectives,
+    search,
+    targets_of,
+    within_reach,
+)
 
 VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
 EQUAL = np.full(4, 0.25)

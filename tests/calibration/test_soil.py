@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calibration import CalibrationError, laboratory_files, measure_soil
+from virtual_soil.calibration import CalibrationError, laboratory_files, measure_soil
 
 EXAMPLE = Path(__file__).parents[2] / "config/soils/example/example.yaml"
 

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration import CalibrationError, paper, published
-from calibration.surrogate import fit_surrogate
+from virtual_soil.calibration import CalibrationError, paper, published
+from virtual_soil.calibration.surrogate import fit_surrogate
 
 DESIGN = {
     "variables": ["radius_m", "static_friction", "rolling_friction"],

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration import CalibrationError, acceleration_table, screening_table
+from virtual_soil.calibration import CalibrationError, acceleration_table, screening_table
 
 MATERIAL = {"static_friction": 0.3, "density_kg_m3": 3000.0}
 SCREENING = {"base_seeds": [1, 2, 3], "changed_seeds": [1, 2], "changes": {"static_friction": 0.5, "density_kg_m3": 4000.0}}

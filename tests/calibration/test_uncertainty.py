@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration import CalibrationError, Space, equivalents, identifiability, likelihood_of, posterior_table, sample
-from calibration.uncertainty import Likelihood, credible_level, intervals, probabilities
+from virtual_soil.calibration import CalibrationError, Space, equivalents, identifiability, likelihood_of, posterior_table, sample
+from virtual_soil.calibration.uncertainty import Likelihood, credible_level, intervals, probabilities
 
 VARIABLES = ("radius_m", "static_friction", "rolling_friction")
 SPACE = Space(VARIABLES, dict.fromkeys(VARIABLES, (0.0, 1.0)))

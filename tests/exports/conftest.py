@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from exports import material_card
+from virtual_soil.exports import material_card
 
 ROOT = Path(__file__).parents[2]
 OPTIMUM = {

@@ -6,7 +6,7 @@ import json
 import jsonschema
 import pytest
 
-from exports import check_card
+from virtual_soil.exports import check_card
 
 
 def test_the_card_holds_the_answer_its_intervals_and_its_doubts(make_card):

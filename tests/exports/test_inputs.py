@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exports import PROGRAMS, converted, inputs
+from virtual_soil.exports import PROGRAMS, converted, inputs
 
 LMP = Path(sys.executable).with_name("lmp")
 needs_liggghts = pytest.mark.skipif(shutil.which("liggghts") is None, reason="LIGGGHTS is not installed")

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from _tables import check_table
-from verification import bulk, table_of
+from virtual_soil.campaign.tables import check_table
+from virtual_soil.verification import bulk, table_of
 
 #: Means in degrees of heaps that behave; the scatter over seeds is 1 degree.
 ANGLES = {"mu_s 0.1": 20.0, "mu_s 0.9": 30.0, "mu_r 0.05": 20.0, "mu_r 0.2": 35.0, "type C": 15.0, "lift 20 mm/s": 18.0}

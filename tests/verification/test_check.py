@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from verification import Check, table_of
+from virtual_soil.verification import Check, table_of
 
 
 def check(**values):

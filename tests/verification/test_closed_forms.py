@@ -5,8 +5,8 @@ import math
 import pytest
 from scipy.integrate import solve_ivp
 
-from verification.closed_forms import HERTZ_DURATION, HERTZ_MEAN_OVERLAP, of_spheres, on_wall
-from verification.scene import ALUMINIUM, ALUMINIUM_OXIDE, GLASS
+from virtual_soil.verification.closed_forms import HERTZ_DURATION, HERTZ_MEAN_OVERLAP, of_spheres, on_wall
+from virtual_soil.verification.scene import ALUMINIUM, ALUMINIUM_OXIDE, GLASS
 
 
 def test_elastic_impacts_have_the_published_force_overlap_and_duration():

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from _tables import check_table
-from verification import GROUPS, table_of
+from virtual_soil.campaign.tables import check_table
+from virtual_soil.verification import GROUPS, table_of
 
-SRC = Path(__file__).parents[2] / "src" / "verification"
+SRC = Path(__file__).parents[2] / "src" / "virtual_soil" / "verification"
 RULES = Path(__file__).parents[2] / "workflow" / "rules" / "verification.smk"
 
 

@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pandas as pd
 
-from verification import Check, table_of
-from verification.page import write_page
+from virtual_soil.verification import Check, table_of
+from virtual_soil.verification.page import write_page
 
 RUNS = pd.DataFrame(
     {"kind": "heap", "variant": ["base", "base", "type C"], "seed": [1, 2, 1], "angle_of_repose_deg": [25.0, 27.0, 15.0]}

@@ -13,7 +13,7 @@ import pytest
 
 from dem import Grains
 from dem.experiments import angle_of_repose, direct_shear
-from verification.peers import compare, contact, heap, liggghts, shear
+from virtual_soil.verification.peers import compare, contact, heap, liggghts, shear
 
 RADIUS = compare.SOIL.radius_m
 

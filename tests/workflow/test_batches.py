@@ -10,13 +10,12 @@ import pytest
 import yaml
 from snakemake.utils import update_config
 
-import _batches
-import _simulate
 import measure_repose
-from _cost import expected_s
-from _simulate import empty_grains, one_row, run_batch
-from _study import ROOT, design_rows, experiment_settings, simulations
-from _tables import TableError, folder_of, read_simulation, read_simulations, write_table
+from virtual_soil.campaign import batches, simulate
+from virtual_soil.campaign.cost import expected_s
+from virtual_soil.campaign.simulate import empty_grains, one_row, run_batch
+from virtual_soil.campaign.study import ROOT, design_rows, experiment_settings, simulations
+from virtual_soil.campaign.tables import TableError, folder_of, read_simulation, read_simulations, write_table
 
 
 def names(n, first=0):
@@ -31,16 +30,16 @@ def shared(found):
 
 def test_without_a_target_every_simulation_is_a_batch_called_by_its_id():
     expected = dict.fromkeys(names(20), 1.0)
-    assert _batches.batches(expected, 0.0, "") == {name: [name] for name in expected}
+    assert batches.batches(expected, 0.0, "") == {name: [name] for name in expected}
 
 
 @pytest.mark.parametrize("n", [1, 50, 3000])
 def test_every_simulation_is_in_just_one_batch_of_about_the_target(n):
     expected = {name: 1.0 + k % 3 for k, name in enumerate(names(n))}
-    found = _batches.batches(expected, 100.0, "")
+    found = batches.batches(expected, 100.0, "")
     assert sorted(name for members in found.values() for name in members) == sorted(expected)
     times = [sum(expected[name] for name in members) for members in found.values()]
-    assert max(times) <= 100.0 * _batches.SPLIT_RATIO
+    assert max(times) <= 100.0 * batches.SPLIT_RATIO
     if n == 3000:  # hashes are spread evenly, but not exactly so
         assert 50.0 < np.median(times) < 142.0
         assert len(times) < 2 * sum(times) / 100.0
@@ -49,14 +48,14 @@ def test_every_simulation_is_in_just_one_batch_of_about_the_target(n):
 def test_batches_do_not_depend_on_the_order_of_the_simulations():
     expected = dict.fromkeys(names(500), 1.0)
     backwards = dict(reversed(expected.items()))
-    assert _batches.batches(expected, 30.0, "") == _batches.batches(backwards, 30.0, "")
+    assert batches.batches(expected, 30.0, "") == batches.batches(backwards, 30.0, "")
 
 
 def test_one_new_simulation_changes_one_batch_at_most():
     expected, split = dict.fromkeys(names(1000), 1.0), 0
-    before = _batches.batches(expected, 25.0, "")
+    before = batches.batches(expected, 25.0, "")
     for new in names(200, first=10_000):
-        after = _batches.batches(expected | {new: 1.0}, 25.0, "")
+        after = batches.batches(expected | {new: 1.0}, 25.0, "")
         gone = {batch for batch, members in before.items() if after.get(batch) != members}
         changed = [name for batch, members in after.items() if before.get(batch) != members for name in members]
         assert len(gone) <= 1
@@ -67,7 +66,7 @@ def test_one_new_simulation_changes_one_batch_at_most():
 
 def test_long_simulations_stay_alone_and_do_not_tear_short_ones_apart():
     expected = dict.fromkeys(names(40), 1.0) | dict.fromkeys(names(40, first=100), 1000.0)
-    found = _batches.batches(expected, 60.0, "")
+    found = batches.batches(expected, 60.0, "")
     assert shared(found) == {"campaign": sorted(names(40))}
     assert all(found[name] == [name] for name in names(40, first=100))
 
@@ -76,31 +75,31 @@ def test_long_simulations_stay_alone_and_do_not_tear_short_ones_apart():
     ("stage", "label"), [("", "campaign"), ("/rounds/1", "round1"), ("/rounds/12", "round12"), ("/verification", "verification")]
 )
 def test_a_batch_is_called_by_its_stage_and_its_bits(stage, label):
-    found = shared(_batches.batches(dict.fromkeys(names(300), 1.0), 100.0, stage))
+    found = shared(batches.batches(dict.fromkeys(names(300), 1.0), 100.0, stage))
     assert len(found) > 1
     for batch, members in found.items():
         assert batch.startswith(f"{label}-")
-        assert _batches.stage_of(batch) == stage
-        assert [name for name in names(300) if _batches.may_hold(batch, name)] == [n for n in names(300) if n in members]
-    assert not any(_batches.may_hold(batch, "x" * 10) for batch in names(3))
+        assert batches.stage_of(batch) == stage
+        assert [name for name in names(300) if batches.may_hold(batch, name)] == [n for n in names(300) if n in members]
+    assert not any(batches.may_hold(batch, "x" * 10) for batch in names(3))
 
 
 def test_a_digest_changes_with_any_value_of_any_simulation():
     pair = ({"simulation_id": "a", "seed": 1}, {"setup": {"n": 3}})
     others = [[pair, pair], [({**pair[0], "seed": 2}, pair[1])], [(pair[0], {"setup": {"n": 4}})]]
-    assert _batches.digest([pair]) not in map(_batches.digest, others)
+    assert batches.digest([pair]) not in map(batches.digest, others)
 
 
 def test_in_the_default_study_simulations_of_a_second_are_batched():
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
     rows = {name: row for name, row in simulations(config, design_rows(config)).items() if row["experiment"] == "shear"}
     expected = {name: expected_s(row, experiment_settings(config, row)) for name, row in rows.items()}
-    found = _batches.batches(expected, 1200.0, "")
+    found = batches.batches(expected, 1200.0, "")
     assert len(found) < len(rows) / 50
     update_config(config, yaml.safe_load((ROOT / "config" / "paper.yaml").read_text()))
     rows = simulations(config, design_rows(config))
     longer = {name: expected_s(row, experiment_settings(config, row)) for name, row in rows.items()}
-    assert len(_batches.batches(longer, 1200.0, "")) > len(found)
+    assert len(batches.batches(longer, 1200.0, "")) > len(found)
 
 
 # Running a batch: with a stand-in for the simulation, so that it takes no time.
@@ -118,7 +117,7 @@ def heap(name, status="static"):
         "radius_m": np.full(3000, 2e-4),
         "speed_m_s": np.zeros(3000),
     }
-    grains = empty_grains() if status == "failed" else _simulate.of_simulation(name, columns)
+    grains = empty_grains() if status == "failed" else simulate.of_simulation(name, columns)
     run = {
         "simulation_id": name, "status": status, "reason": "blew up" if status == "failed" else "", "n_particles": 3000,
         "n_steps": 1, "simulated_time_s": np.nan if status == "failed" else 1.0, "max_overlap_ratio": 0.1,
@@ -245,7 +244,7 @@ def test_measured_tables_are_the_same_bytes_whatever_the_batches(tmp_path):
     ids, stand = sorted(design["simulation_id"].unique()), Stand(failed=[rows[2]["simulation_id"]])
     measured = []
     for target_s in (10.0, 2.0, 0.0):
-        shares = _batches.batches(dict.fromkeys(ids, 1.0), target_s, "")
+        shares = batches.batches(dict.fromkeys(ids, 1.0), target_s, "")
         study = tmp_path / str(len(shares))
         folders = [run(study, batch, share, stand) for batch, share in shares.items()]
         files = {"runs": "run.parquet", "grains": "grains.parquet", "timings": "timing.json"}

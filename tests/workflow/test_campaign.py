@@ -14,7 +14,7 @@ import pytest
 import yaml
 from campaign import ENVIRONMENT, ROOT, copy_project, snakemake
 
-from calibration.surrogate import RESPONSES
+from virtual_soil.calibration.surrogate import RESPONSES
 
 
 def planned(project: Path) -> dict[str, int]:

@@ -14,8 +14,8 @@ import pytest
 import dem
 import simulate_repose
 import simulate_shear
-from _checkpoint import Checkpoint
-from _simulate import run_batch
+from virtual_soil.campaign.resume import Checkpoint
+from virtual_soil.campaign.simulate import run_batch
 
 ROOT = Path(__file__).parents[2]
 ROW = {

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import update_config
 
-from _cost import memory_mb, runtime_min
-from _study import (
+from virtual_soil.campaign.cost import memory_mb, runtime_min
+from virtual_soil.campaign.study import (
     base_simulation,
     check_config,
     check_soils,

@@ -8,11 +8,11 @@ import pytest
 import yaml
 from snakemake.utils import update_config
 
-import _cost
-from _cost import expected_s, grains_and_steps, memory_mb, runtime_min, time_step_s
-from _simulate import engine_of, soil_of
-from _study import experiment_settings, plain_rows
 from dem.experiments import angle_of_repose, direct_shear
+from virtual_soil.campaign import cost
+from virtual_soil.campaign.cost import expected_s, grains_and_steps, memory_mb, runtime_min, time_step_s
+from virtual_soil.campaign.simulate import engine_of, soil_of
+from virtual_soil.campaign.study import experiment_settings, plain_rows
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "docs" / "reference"
@@ -57,8 +57,8 @@ def test_grains_and_sheared_steps_are_the_engines_in_a_box(number, monkeypatch):
     soil, setup = soil_of(row), direct_shear.Setup(normal_stress_pa=row["normal_stress_pa"], **settings["setup"])
     reduction = direct_shear.stiffness_reduction(soil, setup, number, settings["engine"]["gravity_m_s2"])
     built = direct_shear.build(soil, setup, engine_of(settings, reduction), 1)
-    monkeypatch.setattr(_cost, "CONSOLIDATION_STEPS", 0)
-    monkeypatch.setattr(_cost, "CONSOLIDATION_TIMES", 0.0)
+    monkeypatch.setattr(cost, "CONSOLIDATION_STEPS", 0)
+    monkeypatch.setattr(cost, "CONSOLIDATION_TIMES", 0.0)
     grains, steps = grains_and_steps(row, settings)
     assert grains == built.n_grains
     # the engine rounds every one of the 120 stretches between two samples up
@@ -72,7 +72,7 @@ def test_what_simulations_took_was_expected_within_the_headroom(experiment):
     expected = np.array([grains_and_steps(*pair)[1] for pair in zip(rows, settings, strict=True)])
     ratio = expected / np.array([row["n_steps"] for row in rows])
     assert 0.6 < np.median(ratio) < 1.7
-    assert ratio.min() > 1.0 / _cost.HEADROOM
+    assert ratio.min() > 1.0 / cost.HEADROOM
 
 
 @pytest.mark.parametrize("experiment", ["repose", "shear"])
@@ -98,6 +98,6 @@ def test_a_batch_gets_the_time_of_all_its_simulations_and_the_memory_of_the_larg
     row, settings = first("repose")
     large = settings | {"setup": settings["setup"] | {"n_particles": 300_000}}
     batch = [(row, settings), (row, large), (row, settings)]
-    minutes = _cost.START_MIN + _cost.HEADROOM * (2.0 * expected_s(row, settings) + expected_s(row, large)) / 60.0
+    minutes = cost.START_MIN + cost.HEADROOM * (2.0 * expected_s(row, settings) + expected_s(row, large)) / 60.0
     assert runtime_min(batch, 1) - 1 < minutes <= runtime_min(batch, 1)
     assert memory_mb(batch, 1) == memory_mb([(row, large)], 1)

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 import export
-from exports import PROGRAMS, check_card
+from virtual_soil.exports import PROGRAMS, check_card
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "docs" / "reference"

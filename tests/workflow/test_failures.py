@@ -6,10 +6,10 @@ import pytest
 
 import simulate_repose
 import simulate_shear
-from _simulate import run_batch
-from _study import experiment_settings
-from calibration import strength_table
 from measure_repose import measured
+from virtual_soil.calibration import strength_table
+from virtual_soil.campaign.simulate import run_batch
+from virtual_soil.campaign.study import experiment_settings
 
 ROW = {
     "simulation_id": "0123456789", "fidelity": "campaign", "radius_m": 1e-3, "radius_sd_ratio": 0.0, "density_kg_m3": 2500.0,

@@ -22,8 +22,8 @@ import pytest
 import yaml
 from campaign import ENVIRONMENT, copy_project, differing, essence
 
-from _files import PART
-from _manifest import differences
+from virtual_soil.campaign.files import PART
+from virtual_soil.campaign.manifest import differences
 
 TRIES = int(os.environ.get("VIRTUAL_SOIL_FAULT_TRIES", "1"))
 RESULTS = Path("results") / "tiny"

@@ -11,10 +11,10 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 import dem
-import status
-from _inference import read_models
-from _manifest import ManifestError, read_manifest
-from _tables import METADATA_KEY, TableError, read_runs, read_table, read_timing, write_table
+from virtual_soil.campaign import status
+from virtual_soil.campaign.inference import read_models
+from virtual_soil.campaign.manifest import ManifestError, read_manifest
+from virtual_soil.campaign.tables import METADATA_KEY, TableError, read_runs, read_table, read_timing, write_table
 
 NAME = "0123456789"
 RUN = {

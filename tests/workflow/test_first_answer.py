@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 from campaign import ENVIRONMENT, ROOT
 
-from _tables import read_provenance, read_table
-from calibration import cases_of
-from calibration.surrogate import RESPONSES
+from virtual_soil.calibration import cases_of
+from virtual_soil.calibration.surrogate import RESPONSES
+from virtual_soil.campaign.tables import read_provenance, read_table
 
 REFERENCE = ROOT / "docs" / "reference"
 VARIABLES = ["radius_m", "static_friction", "rolling_friction"]

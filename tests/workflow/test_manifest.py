@@ -6,7 +6,7 @@ import subprocess
 import pytest
 
 import verify_results
-from _manifest import ManifestError, differences, hashes, write_manifest
+from virtual_soil.campaign.manifest import ManifestError, differences, hashes, write_manifest
 
 
 @pytest.fixture

@@ -12,8 +12,8 @@ import pytest
 
 import measure_repose
 import measure_shear
-from _tables import read_table, write_table
-from calibration.design import make_row
+from virtual_soil.calibration.design import make_row
+from virtual_soil.campaign.tables import read_table, write_table
 
 MATERIAL = {
     "radius_m": 1e-3, "radius_sd_ratio": 0.0, "density_kg_m3": 2500.0, "poisson_ratio": 0.2, "shear_modulus_pa": 1e7,

@@ -10,15 +10,15 @@ import pytest
 import yaml
 from PIL import Image
 
-import _animation
 import animate
 import grains_vtu
-from _paraview import write_series
-from _report_figures import base_point
-from _simulate import empty_grains, grain_table
-from _study import ROOT, base_simulation, design_rows, experiment_settings
-from _tables import TableError, write_table
 from dem import Box, Grains, Tube
+from virtual_soil.campaign.simulate import empty_grains, grain_table
+from virtual_soil.campaign.study import ROOT, base_simulation, design_rows, experiment_settings
+from virtual_soil.campaign.tables import TableError, write_table
+from virtual_soil.report import film
+from virtual_soil.report.figures import base_point
+from virtual_soil.report.paraview import write_series
 
 CONFIG = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
 
@@ -34,20 +34,20 @@ def test_grains_that_fell_off_the_plate_do_not_change_the_others_numbers():
         [[0, 0, 0.5], [9, 0, -0.1], [1, 0, 0.1], [9, 1, 0.1], [2, 0, 0.1]], [[0, 0, 0]] * 3 + [[0, 0, -50], [0, 0, 0]]
     )
     after = grains_at([[0, 0, 0.5], [1, 0, 0.1], [2, 0, 0.1]])
-    assert _animation.still_there(before, after, 0.01).tolist() == [0, 2, 4]
-    film = _animation.Film("lift")
+    assert film.still_there(before, after, 0.01).tolist() == [0, 2, 4]
+    shot = film.Film("lift")
     for time_s, grains in ((0.0, before), (0.01, after), (0.02, after)):
-        film(SimpleNamespace(grains=grains, time_s=time_s, wall_names=[]), "lift")
-    assert [frame.numbers.tolist() for frame in film.frames] == [[0, 1, 2, 3, 4], [0, 2, 4], [0, 2, 4]]
+        shot(SimpleNamespace(grains=grains, time_s=time_s, wall_names=[]), "lift")
+    assert [frame.numbers.tolist() for frame in shot.frames] == [[0, 1, 2, 3, 4], [0, 2, 4], [0, 2, 4]]
 
 
 def test_a_film_shows_one_stage_evenly_from_its_first_look_to_its_last():
-    film = _animation.Film("lift")
+    shot = film.Film("lift")
     grains = grains_at([[0, 0, 1]])
     for k in range(1000):
-        film(SimpleNamespace(grains=grains, time_s=0.1 * k, wall_names=[]), "fill" if k < 100 else "lift")
-    times = [frame.time_s for frame in film.shown()]
-    assert len(times) == _animation.N_FRAMES
+        shot(SimpleNamespace(grains=grains, time_s=0.1 * k, wall_names=[]), "fill" if k < 100 else "lift")
+    times = [frame.time_s for frame in shot.shown()]
+    assert len(times) == film.N_FRAMES
     assert (times[0], times[-1]) == (pytest.approx(10.0), pytest.approx(99.9))
     assert np.ptp(np.diff(times)) < 0.11
 
@@ -57,15 +57,15 @@ def test_a_film_is_a_gif_in_which_the_grains_move(tmp_path):
         "tube": Tube(name="tube", material="m", radius_m=2e-3, bottom_m=0.0, top_m=1.0),
         "plate": Box(name="plate", material="m", low_m=(-1, -1, 0), high_m=(1, 1, 0)),
     }
-    frames = [_animation.Frame(k, grains_at([[1e-3 * k, 0.1, 1e-3], [0, 0.1, 5e-3]]), np.arange(2), walls) for k in (0, 1, 2)]
+    frames = [film.Frame(k, grains_at([[1e-3 * k, 0.1, 1e-3], [0, 0.1, 5e-3]]), np.arange(2), walls) for k in (0, 1, 2)]
     path = tmp_path / "film.gif"
-    _animation.write_gif(str(path), frames, np.array([0.0, 1.0]), lambda frame: f"{frame.time_s} s")
-    with Image.open(path) as film:
-        assert film.n_frames == 3
+    film.write_gif(str(path), frames, np.array([0.0, 1.0]), lambda frame: f"{frame.time_s} s")
+    with Image.open(path) as picture:
+        assert picture.n_frames == 3
         pictures = []
         for k in range(3):
-            film.seek(k)
-            pictures.append(np.asarray(film.convert("RGB"), int))
+            picture.seek(k)
+            pictures.append(np.asarray(picture.convert("RGB"), int))
     # two grains in viridis' first and last colour, the dark one further right in each picture
     yellow, dark = np.array([253, 231, 36]), np.array([68, 1, 84])
     columns = [np.nonzero((np.abs(picture - dark) < 12).all(axis=2))[1].mean() for picture in pictures]
@@ -75,11 +75,11 @@ def test_a_film_is_a_gif_in_which_the_grains_move(tmp_path):
 
 def test_a_cut_shows_only_the_half_behind_the_plane():
     drawn = []
-    frame = _animation.Frame(0.0, grains_at([[0, -1, 0], [0, 1, 0], [1, 2, 0]]), np.array([0, 2, 3]), {})
+    frame = film.Frame(0.0, grains_at([[0, -1, 0], [0, 1, 0], [1, 2, 0]]), np.array([0, 2, 3]), {})
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(_animation, "draw_grains", lambda axes, grains, colour, **_: drawn.append((grains, colour)))
+        patch.setattr(film, "draw_grains", lambda axes, grains, colour, **_: drawn.append((grains, colour)))
         axes = SimpleNamespace(clear=lambda: None, set=lambda **_: None)
-        _animation.draw_frame(axes, frame, np.array([0.0, 1.0, 2.0, 3.0]), ((0, 1), (0, 1)), "", cut=True)
+        film.draw_frame(axes, frame, np.array([0.0, 1.0, 2.0, 3.0]), ((0, 1), (0, 1)), "", cut=True)
     ((grains, colour),) = drawn
     assert grains["y_m"].tolist() == [1.0, 2.0]
     assert colour.tolist() == [2.0, 3.0]
@@ -96,8 +96,8 @@ def test_the_film_is_of_the_simulation_that_the_report_draws(experiment):
 
 @pytest.mark.parametrize("experiment", ["repose", "shear"])
 def test_each_experiment_is_filmed(experiment, tmp_path, monkeypatch):
-    monkeypatch.setattr(_animation, "N_FRAMES", 4)
-    monkeypatch.setattr(_animation, "LAST_REPEATED", 1)
+    monkeypatch.setattr(film, "N_FRAMES", 4)
+    monkeypatch.setattr(film, "LAST_REPEATED", 1)
     row = base_simulation(CONFIG, design_rows(CONFIG), experiment)
     settings = experiment_settings(CONFIG, row)
     small = {
@@ -108,8 +108,8 @@ def test_each_experiment_is_filmed(experiment, tmp_path, monkeypatch):
     path = tmp_path / "film.gif"
     frames = getattr(animate, f"animate_{experiment}")(row, settings, str(path))
     assert len(frames) == 4
-    with Image.open(path) as film:
-        assert film.n_frames == 4
+    with Image.open(path) as picture:
+        assert picture.n_frames == 4
 
 
 def test_grains_for_paraview_are_read_back_as_they_were_stored(tmp_path):

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-import _simulate
 from dem.experiments import direct_shear
+from virtual_soil.campaign import simulate
 
 
 class Clock:
@@ -22,7 +22,7 @@ class Clock:
 @pytest.fixture
 def clock(monkeypatch):
     moved = Clock()
-    monkeypatch.setattr(_simulate, "time", moved)
+    monkeypatch.setattr(simulate, "time", moved)
     return moved
 
 
@@ -34,7 +34,7 @@ def looked_at(bottom_m=0.0, top_m=1.0):
 
 
 def test_shearing_says_exactly_how_much_is_done_and_left(clock, capsys):
-    progress = _simulate.Progress()
+    progress = simulate.Progress()
     progress(looked_at(), "consolidate")
     for _ in range(direct_shear.N_SAMPLES):
         clock.now += 1.0
@@ -49,7 +49,7 @@ def test_shearing_says_exactly_how_much_is_done_and_left(clock, capsys):
 
 
 def test_a_saved_test_that_goes_on_promises_nothing(clock, capsys):
-    progress = _simulate.Progress()
+    progress = simulate.Progress()
     for _ in range(2):
         clock.now += 10.0
         progress(looked_at(), "shear")
@@ -57,7 +57,7 @@ def test_a_saved_test_that_goes_on_promises_nothing(clock, capsys):
 
 
 def test_time_spent_before_the_stage_does_not_count_for_the_time_left(clock, capsys):
-    progress = _simulate.Progress()
+    progress = simulate.Progress()
     clock.now += 1000.0
     progress(looked_at(), "consolidate")
     clock.now += 1.0
@@ -69,7 +69,7 @@ def test_time_spent_before_the_stage_does_not_count_for_the_time_left(clock, cap
 
 
 def test_the_lift_says_how_far_the_tube_is_from_clear_and_promises_no_end(clock, capsys):
-    progress = _simulate.Progress()
+    progress = simulate.Progress()
     for bottom, top in ((0.0, 1.0), (0.25, 1.0), (0.4, 0.8), (0.7, 0.6)):
         clock.now += 6.0
         progress(looked_at(bottom, top), "lift")
@@ -82,7 +82,7 @@ def test_the_lift_says_how_far_the_tube_is_from_clear_and_promises_no_end(clock,
 
 @pytest.mark.parametrize("stage", ["fill", "consolidate"])
 def test_a_stage_that_ends_when_nothing_moves_has_no_percent(clock, capsys, stage):
-    progress = _simulate.Progress()
+    progress = simulate.Progress()
     clock.now += 6.0
     progress(looked_at(), stage)
     line = capsys.readouterr().out
@@ -91,7 +91,7 @@ def test_a_stage_that_ends_when_nothing_moves_has_no_percent(clock, capsys, stag
 
 
 def test_a_quick_look_prints_nothing(clock, capsys):
-    progress = _simulate.Progress()
-    clock.now += 0.9 * _simulate.PROGRESS_S
+    progress = simulate.Progress()
+    clock.now += 0.9 * simulate.PROGRESS_S
     progress(looked_at(), "shear")
     assert capsys.readouterr().out == ""

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from _report_calibration import answer_remarks, coverage_sentence, reach_remarks
+from virtual_soil.report.calibrated import answer_remarks, coverage_sentence, reach_remarks
 
 RANGES = {"cohesion": (-20.0, 80.0), "friction_angle": (8.0, 58.0), "angle_of_repose": (0.0, 53.0)}
 

@@ -13,7 +13,7 @@ from campaign import snakemake
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
-from _report_contents import FIGURES, TABLES
+from virtual_soil.report.contents import FIGURES, TABLES
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium: apt-get install chromium")

@@ -10,8 +10,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-import status
-from _tables import METADATA_KEY
+from virtual_soil.campaign import status
+from virtual_soil.campaign.tables import METADATA_KEY
 
 NOW = 1_800_000_000.0
 

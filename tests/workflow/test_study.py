@@ -4,7 +4,7 @@ import pytest
 import yaml
 from snakemake.exceptions import WorkflowError
 
-from _study import ROOT, design_rows, repose_softening
+from virtual_soil.campaign.study import ROOT, design_rows, repose_softening
 
 
 @pytest.mark.parametrize(("reduction", "grown", "expected"), [(100.0, 1.0, 100.0), (100.0, 10.0, 10.0), (5.0, 10.0, 1.0)])

@@ -3,8 +3,17 @@
 import pandas as pd
 import pytest
 
-from _tables import SCHEMAS, TableError, check_table, empty_table, load_schema, read_provenance, read_table, write_table
-from calibration import acceleration_table
+from virtual_soil.calibration import acceleration_table
+from virtual_soil.campaign.tables import (
+    SCHEMAS,
+    TableError,
+    check_table,
+    empty_table,
+    load_schema,
+    read_provenance,
+    read_table,
+    write_table,
+)
 
 GRAINS = pd.DataFrame({"simulation": ["a"], "x_m": [0.0], "y_m": [0.0], "z_m": [1e-3], "radius_m": [1e-3], "speed_m_s": [0.0]})
 

@@ -9,12 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import _pack
-import _views
 import record_lift
-from _stored import stored
-from _tables import stack_tables, write_table
 from dem import Grains, Tube
+from virtual_soil.campaign.stored import stored
+from virtual_soil.campaign.tables import stack_tables, write_table
+from virtual_soil.report import pack, views
 
 MATERIAL = {
     "radius_m": 5e-5, "static_friction": 0.3, "rolling_friction": 0.1, "density_kg_m3": 3000.0, "poisson_ratio": 0.2,
@@ -46,28 +45,28 @@ def test_packed_grains_keep_their_places_and_colours():
     random = np.random.default_rng(3)
     table = grains(random.normal(0.0, 0.02, (500, 3)))
     touching, way = random.integers(0, 13, 500), random.exponential(1.0, 500)
-    places, scalars = unpacked(_pack.packed_grains(table, {"coordination": touching, "displacement": way}))
+    places, scalars = unpacked(pack.packed_grains(table, {"coordination": touching, "displacement": way}))
     order = np.argsort(table["x_m"], kind="stable")
-    assert np.abs(places - 1e3 * table[["x_m", "y_m", "z_m"]].to_numpy()[order]).max() <= 0.5001 / _pack.STEPS_PER_RADIUS
+    assert np.abs(places - 1e3 * table[["x_m", "y_m", "z_m"]].to_numpy()[order]).max() <= 0.5001 / pack.STEPS_PER_RADIUS
     assert scalars["coordination"].tolist() == touching[order].tolist()
-    shown = np.minimum(way[order], np.quantile(way, _pack.COLOUR_QUANTILE))
-    assert np.abs(scalars["displacement"] - shown).max() <= 0.51 * np.ptp(shown) / _pack.LEVELS
+    shown = np.minimum(way[order], np.quantile(way, pack.COLOUR_QUANTILE))
+    assert np.abs(scalars["displacement"] - shown).max() <= 0.51 * np.ptp(shown) / pack.LEVELS
 
 
 def test_grains_of_several_sizes_keep_them():
     radii = np.linspace(1e-3, 2e-3, 50)
-    _, scalars = unpacked(_pack.packed_grains(grains(np.random.default_rng(1).random((50, 3)), radii), {}))
+    _, scalars = unpacked(pack.packed_grains(grains(np.random.default_rng(1).random((50, 3)), radii), {}))
     assert sorted(scalars["radius"]) == pytest.approx(1e3 * radii, abs=0.01)
-    assert "radius" not in _pack.packed_grains(grains(np.eye(3)), {})["scalars"]
+    assert "radius" not in pack.packed_grains(grains(np.eye(3)), {})["scalars"]
 
 
 def test_grains_far_apart_still_fit_in_the_steps():
-    places, _ = unpacked(_pack.packed_grains(grains([[0, 0, 0], [90.0, 0, 0]], 1e-4), {}))
+    places, _ = unpacked(pack.packed_grains(grains([[0, 0, 0], [90.0, 0, 0]], 1e-4), {}))
     assert places[:, 0] == pytest.approx([0.0, 90e3], rel=1e-4)
 
 
 def test_packed_json_has_no_nan():
-    text = gzip.decompress(base64.b64decode(_pack.packed_json({"a": np.array([1.23456, np.nan]), "b": [np.inf, 2]})))
+    text = gzip.decompress(base64.b64decode(pack.packed_json({"a": np.array([1.23456, np.nan]), "b": [np.inf, 2]})))
     assert json.loads(text) == {"a": [1.235, None], "b": [None, 2]}
 
 
@@ -75,23 +74,23 @@ def test_grains_of_a_cubic_lattice_touch_their_neighbours():
     """Six inside, three in a corner; across the period two more."""
     side = 0.00199 * np.arange(4)
     lattice = grains(np.array(np.meshgrid(side, side, side)).reshape(3, -1).T)
-    counts = _views.coordination(lattice)
+    counts = views.coordination(lattice)
     assert (counts.min(), counts.max(), counts.sum()) == (3, 6, 2 * 3 * 48)
     shifted = lattice.assign(y_m=lattice["y_m"] - 0.003)
-    assert _views.coordination(shifted, periodic_m=4 * 0.00199).sum() == 2 * (3 * 48 + 16)
+    assert views.coordination(shifted, periodic_m=4 * 0.00199).sum() == 2 * (3 * 48 + 16)
 
 
 def test_grains_that_do_not_quite_touch_are_no_contact():
-    assert _views.coordination(grains([[0, 0, 0], [0.00201, 0, 0]])).tolist() == [0, 0]
-    assert _views.coordination(grains([[0, 0, 0], [0.00201, 0, 0]], [1e-3, 1.02e-3])).tolist() == [1, 1]
-    assert _views.coordination(grains(np.zeros((0, 3)))).tolist() == []
+    assert views.coordination(grains([[0, 0, 0], [0.00201, 0, 0]])).tolist() == [0, 0]
+    assert views.coordination(grains([[0, 0, 0], [0.00201, 0, 0]], [1e-3, 1.02e-3])).tolist() == [1, 1]
+    assert views.coordination(grains(np.zeros((0, 3)))).tolist() == []
 
 
 def test_the_way_of_grains_is_unknown_where_some_were_lost():
     before = grains([[0, 0, 0], [0, 0, 1e-3]])
-    assert _views.moved(before, grains([[0, 3e-3, 4e-3], [0, 0, 1e-3]])).tolist() == pytest.approx([5.0, 0.0])
-    assert _views.moved(before, grains([[0, 0, 0]])) is None
-    assert "displacement" not in _views.snapshot(before, grains([[0, 0, 0]]))["scalars"]
+    assert views.moved(before, grains([[0, 3e-3, 4e-3], [0, 0, 1e-3]])).tolist() == pytest.approx([5.0, 0.0])
+    assert views.moved(before, grains([[0, 0, 0]])) is None
+    assert "displacement" not in views.snapshot(before, grains([[0, 0, 0]]))["scalars"]
 
 
 def test_stored_grains_are_found_by_simulation(tmp_path):
@@ -124,7 +123,7 @@ CALIBRATION = pd.DataFrame(
 
 def test_points_are_named_and_the_answer_comes_first():
     optimum = {"radius_m": 7.0001e-5, "static_friction": 0.9, "rolling_friction": 0.2}
-    table = _views.labelled(rows({"density_kg_m3": 4000.0}, {}, optimum), MATERIAL, CALIBRATION)
+    table = views.labelled(rows({"density_kg_m3": 4000.0}, {}, optimum), MATERIAL, CALIBRATION)
     assert table["label"].tolist() == [
         "µs 0.9, µr 0.2, r 70 µm (optimum of moon dust)",
         "µs 0.3, µr 0.1, r 50 µm (base set)",
@@ -134,22 +133,22 @@ def test_points_are_named_and_the_answer_comes_first():
 
 def test_a_large_study_keeps_optima_and_base_set_and_says_what_it_leaves_out():
     optimum = {"radius_m": 7e-5, "static_friction": 0.9, "rolling_friction": 0.2}
-    table = _views.labelled(rows(optimum, {}, *({"static_friction": s} for s in np.linspace(1, 2, 40))), MATERIAL, CALIBRATION)
+    table = views.labelled(rows(optimum, {}, *({"static_friction": s} for s in np.linspace(1, 2, 40))), MATERIAL, CALIBRATION)
     counts = dict.fromkeys(table["simulation_id"], 100)
-    kept = _views.selected(table, counts, most=1200)
+    kept = views.selected(table, counts, most=1200)
     assert {"s0", "s1"} <= set(kept["simulation_id"])
     assert len(kept) == 12
     others = kept.loc[kept["rank"] == 2, "static_friction"]
     assert (others.min(), others.max()) == (1.0, 2.0)
     assert np.diff(others).max() < 0.2
-    assert len(_views.selected(table, counts, most=4200)) == 42
-    assert len(_views.selected(table, counts | {"s5": 0}, most=4200)) == 41
+    assert len(views.selected(table, counts, most=4200)) == 42
+    assert len(views.selected(table, counts | {"s5": 0}, most=4200)) == 41
 
 
 def test_the_grain_view_tells_what_is_missing():
-    table = _views.labelled(rows({}, {"static_friction": 0.5}), MATERIAL, CALIBRATION)
+    table = views.labelled(rows({}, {"static_friction": 0.5}), MATERIAL, CALIBRATION)
     heap, nothing = grains([[0, 0, 1e-3]]), grains(np.zeros((0, 3)))
-    view, note = _views.grain_view(table, {"s0": (heap, heap), "s1": (nothing, nothing)}, {})
+    view, note = views.grain_view(table, {"s0": (heap, heap), "s1": (nothing, nothing)}, {})
     ((label, runs),) = view["repose"].items()
     assert (label, runs[0]["id"], runs[0]["grains"]["n"]) == ("µs 0.3, µr 0.1, r 50 µm (base set)", "s0", 1)
     assert note.startswith("1 simulations can be looked at. 1 are left out")
@@ -169,7 +168,7 @@ def test_recorded_moments_know_their_grains_and_the_tube():
     )
     assert table["time_s"].tolist() == [0.0, 0.0, 0.5]
     assert table["speed_m_s"].tolist() == pytest.approx([12**0.5] * 3)
-    first, second = _views.lift_view(table)
+    first, second = views.lift_view(table)
     assert second["tube"] == {"radius_mm": 3.0, "bottom_mm": 4.0, "top_mm": 3.0}
     _, scalars = unpacked(second["grains"])
     # the grain that is left began at 3 mm and came down by 1 mm

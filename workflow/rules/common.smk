@@ -7,9 +7,9 @@ from snakemake.exceptions import WorkflowError
 
 sys.path.insert(0, str(Path(workflow.basedir) / "workflow" / "scripts"))
 
-from _batches import NAME, batches, digest, later_stages, stage_of
-from _cost import expected_s, memory_mb, runtime_min
-from _study import (
+from virtual_soil.campaign.batches import NAME, batches, digest, later_stages, stage_of
+from virtual_soil.campaign.cost import expected_s, memory_mb, runtime_min
+from virtual_soil.campaign.study import (
     base_simulation,
     check_config,
     check_soils,
@@ -23,8 +23,8 @@ from _study import (
     simulations,
     soil_files,
 )
-from _provenance import versions
-from exports import PROGRAMS
+from virtual_soil.campaign.provenance import versions
+from virtual_soil.exports import PROGRAMS
 
 check_config(config)
 # what --config soil=... asks for is no part of the study, so that it makes nothing run again
@@ -51,14 +51,14 @@ LATER_STAGES = later_stages(ROUNDS)
 # Snakemake watches a rule's script, not the packages it imports; these close the gap. Comments and layout do not count.
 ENGINE = fingerprint("src/dem", without="src/dem/measure")
 ESTIMATORS = fingerprint("src/dem/measure")
-INFERENCE = fingerprint("src/calibration")
+INFERENCE = fingerprint("src/virtual_soil/calibration")
 
 # Python's fingerprints do not see the templates; they and the card's schema are input files.
 CASES = [case["case"] for case in config["optimise"]["cases"]]
 EXPORT_FILES = [name for name, _ in PROGRAMS.values()]
 EXPORT_TEMPLATES = [
-    "src/exports/material.schema.json",
-    *(f"src/exports/templates/{name}.j2" for name in EXPORT_FILES),
+    "src/virtual_soil/exports/material.schema.json",
+    *(f"src/virtual_soil/exports/templates/{name}.j2" for name in EXPORT_FILES),
 ]
 
 

@@ -16,7 +16,7 @@ rule export:
         provenance={
             "engine": ENGINE,
             "inference": INFERENCE,
-            "export": fingerprint("src/exports"),
+            "export": fingerprint("src/virtual_soil/exports"),
             "versions": versions(),
         },
     message:

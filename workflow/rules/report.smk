@@ -1,5 +1,5 @@
 # The report: tables and figures of the paper, ours beside the paper's, and what goes beyond.
-from _report_contents import ANSWER, FIGURES, TABLES, figure_names, marked
+from virtual_soil.report.contents import ANSWER, FIGURES, TABLES, figure_names, marked
 
 REPORTED = [
     *("soil", "design", "repose", "shear", "strength", "screening", "acceleration"),
@@ -51,25 +51,12 @@ rule report:
         ],
         twins=[f"{RESULTS}/twins.parquet"] if config["twins"] else [],
         page=[
-            f"workflow/report/{name}"
+            f"src/virtual_soil/report/{name}"
             for name in ("template.html.j2", "report.css", "views.js")
         ],
         captions=[
-            f"workflow/report/captions/{name}.rst"
+            f"src/virtual_soil/report/captions/{name}.rst"
             for name in (*figure_names(config), *TABLES)
-        ],
-        code=[
-            f"workflow/scripts/{name}.py"
-            for name in (
-                *(
-                    "_figures",
-                    "_pack",
-                    "_report",
-                    "_report_calibration",
-                    "_report_contents",
-                ),
-                *("_report_figures", "_report_text", "_stored", "_views"),
-            )
         ],
     output:
         html=marked(f"{RESULTS}/report.html", ANSWER, "The whole report"),

@@ -9,7 +9,7 @@ BULK_PARTS = range(16)
 # `make verify-peers` writes it where LIGGGHTS is installed.
 PEERS = "results/verification/peers.parquet"
 FIGURES = ["restitution", "oblique_impact", "bulk"]
-VERIFICATION = fingerprint("src/verification")
+VERIFICATION = fingerprint("src/virtual_soil/verification")
 
 
 wildcard_constraints:

@@ -15,9 +15,9 @@ def log_to(path: str) -> None:
 
 def report(kind: type[BaseException], error: BaseException, trace) -> None:
     """Print an exception that nobody caught."""
-    from _files import FileError
-    from _tables import TableError
-    from calibration import CalibrationError  # here, because short jobs have no time to import it
+    from virtual_soil.calibration import CalibrationError  # here, because short jobs have no time to import it
+    from virtual_soil.campaign.files import FileError
+    from virtual_soil.campaign.tables import TableError
 
     if isinstance(error, FileError | TableError | CalibrationError):
         print(f"error: {error}", file=sys.stderr)

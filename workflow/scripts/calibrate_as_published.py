@@ -2,10 +2,10 @@
 
 import pandas as pd
 
-from _inference import read_models
 from _log import log_to
-from _tables import read_table, write_table
-from calibration import calibrate, published
+from virtual_soil.calibration import calibrate, published
+from virtual_soil.campaign.inference import read_models
+from virtual_soil.campaign.tables import read_table, write_table
 
 #: The paper's surrogates know these variables and no others.
 PUBLISHED_VARIABLES = ["radius_m", "static_friction", "rolling_friction"]

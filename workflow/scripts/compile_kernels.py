@@ -1,8 +1,8 @@
 """Adapt rule `compile_kernels` to `dem.compiled`: the kernels that the campaign needs, compiled once, before the jobs fan out."""
 
-from _files import write_text
 from _log import log_to
 from dem import compiled, jit
+from virtual_soil.campaign.files import write_text
 
 
 def main(settings, marker):

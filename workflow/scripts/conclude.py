@@ -4,11 +4,11 @@ import shutil
 
 import pandas as pd
 
-from _files import whole
-from _inference import likelihoods_of, read_models
 from _log import log_to
-from _tables import read_table, write_table
-from calibration import conclusion
+from virtual_soil.calibration import conclusion
+from virtual_soil.campaign.files import whole
+from virtual_soil.campaign.inference import likelihoods_of, read_models
+from virtual_soil.campaign.tables import read_table, write_table
 
 
 def main(files, params, output, provenance):

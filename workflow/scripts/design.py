@@ -3,7 +3,7 @@
 import pandas as pd
 
 from _log import log_to
-from _tables import write_table
+from virtual_soil.campaign.tables import write_table
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])

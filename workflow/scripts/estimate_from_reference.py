@@ -2,11 +2,11 @@
 
 from threadpoolctl import threadpool_limits
 
-from _files import write_text
-from _inference import read_models
 from _log import log_to
-from _tables import read_provenance, read_table, write_table
-from calibration import cases_of, first_answer, first_answer_text, measure_soil
+from virtual_soil.calibration import cases_of, first_answer, first_answer_text, measure_soil
+from virtual_soil.campaign.files import write_text
+from virtual_soil.campaign.inference import read_models
+from virtual_soil.campaign.tables import read_provenance, read_table, write_table
 
 
 def main(files, params, output, provenance):

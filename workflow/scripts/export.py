@@ -4,9 +4,10 @@ import json
 from pathlib import Path
 
 import exports
-from _files import write_text
+
 from _log import log_to
-from _tables import read_table
+from virtual_soil.campaign.files import write_text
+from virtual_soil.campaign.tables import read_table
 
 
 def main(case, files, params, folder):

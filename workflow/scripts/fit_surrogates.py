@@ -1,9 +1,9 @@
 """Adapt rule `fit_surrogates` to `calibration.fit_all`."""
 
-from _files import write_text
 from _log import log_to
-from _tables import read_all, write_table
-from calibration import fit_all, to_json
+from virtual_soil.calibration import fit_all, to_json
+from virtual_soil.campaign.files import write_text
+from virtual_soil.campaign.tables import read_all, write_table
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])

@@ -1,9 +1,9 @@
 """Adapt rule `grains_vtu` to `_paraview`: the grains of one stored moment."""
 
-from _files import whole
 from _log import log_to
-from _paraview import write_grains
-from _tables import TableError, read_simulation
+from virtual_soil.campaign.files import whole
+from virtual_soil.campaign.tables import TableError, read_simulation
+from virtual_soil.report.paraview import write_grains
 
 PLACES = ["x_m", "y_m", "z_m"]
 

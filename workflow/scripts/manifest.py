@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from _log import log_to
-from _manifest import write_manifest
+from virtual_soil.campaign.manifest import write_manifest
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])

@@ -3,8 +3,8 @@
 import pandas as pd
 
 from _log import log_to
-from _tables import batch_results, empty_table, read_table, write_table
 from dem.measure.heap import measure_heap
+from virtual_soil.campaign.tables import batch_results, empty_table, read_table, write_table
 
 NOTHING = {"angle_profile_deg": None, "angle_silhouette_deg": None, "angle_azimuth_sd_deg": None, "heap_height_m": None}
 

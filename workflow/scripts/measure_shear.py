@@ -5,8 +5,8 @@ import math
 import pandas as pd
 
 from _log import log_to
-from _tables import batch_results, empty_table, read_table, write_table
 from dem.measure.shear import strength
+from virtual_soil.campaign.tables import batch_results, empty_table, read_table, write_table
 
 #: The plateau is the mean over this last fraction of the displacement.
 PLATEAU_WINDOW = 0.3

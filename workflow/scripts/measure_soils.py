@@ -3,8 +3,8 @@
 import pandas as pd
 
 from _log import log_to
-from _tables import read_table, write_table
-from calibration import measure_soil, twin_soil
+from virtual_soil.calibration import measure_soil, twin_soil
+from virtual_soil.campaign.tables import read_table, write_table
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])

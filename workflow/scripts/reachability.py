@@ -1,9 +1,9 @@
 """Adapt rule `reachability` to `calibration.reachability_table`."""
 
-from _inference import read_models
 from _log import log_to
-from _tables import read_table, write_table
-from calibration import reachability_table, space_of
+from virtual_soil.calibration import reachability_table, space_of
+from virtual_soil.campaign.inference import read_models
+from virtual_soil.campaign.tables import read_table, write_table
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])

@@ -3,9 +3,9 @@
 import numpy as np
 
 from _log import log_to
-from _simulate import grain_table, provenance
-from _tables import write_table
 from animate import film_lift
+from virtual_soil.campaign.simulate import grain_table, provenance
+from virtual_soil.campaign.tables import write_table
 
 #: Moments that are kept.
 N_FRAMES = 31

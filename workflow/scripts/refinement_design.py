@@ -2,11 +2,11 @@
 
 from types import SimpleNamespace
 
-from _inference import likelihoods_of
 from _log import log_to
-from _tables import read_table, write_table
-from calibration import further, propose, settled
-from calibration.design import SEED_STEP
+from virtual_soil.calibration import further, propose, settled
+from virtual_soil.calibration.design import SEED_STEP
+from virtual_soil.campaign.inference import likelihoods_of
+from virtual_soil.campaign.tables import read_table, write_table
 
 
 def main(files, params, round_number, output):

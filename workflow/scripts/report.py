@@ -1,10 +1,10 @@
-"""Adapt rule `report` to `_report.build`."""
+"""Adapt rule `report` to `virtual_soil.report.page`."""
 
 from pathlib import Path
 
-from _files import write_text
 from _log import log_to
-from _report import build, csv, read_study
+from virtual_soil.campaign.files import write_text
+from virtual_soil.report.page import build, csv, read_study
 
 
 def main(files, config, versions, output):

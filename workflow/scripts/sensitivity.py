@@ -1,9 +1,9 @@
 """Adapt rule `sensitivity` to `calibration.sobol_table`."""
 
-from _inference import read_models
 from _log import log_to
-from _tables import write_table
-from calibration import sobol_table, space_of
+from virtual_soil.calibration import sobol_table, space_of
+from virtual_soil.campaign.inference import read_models
+from virtual_soil.campaign.tables import write_table
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])

@@ -3,8 +3,8 @@
 import math
 
 from _log import log_to
-from _simulate import empty_grains, engine_of, grain_table, one_row, recorded, run_batch, soil_of
 from dem.experiments import angle_of_repose
+from virtual_soil.campaign.simulate import empty_grains, engine_of, grain_table, one_row, recorded, run_batch, soil_of
 
 MEASURED = ("simulated_time_s", "max_overlap_ratio", "energy_dissipated_j", "energy_residual_ratio")
 

@@ -3,8 +3,18 @@
 import math
 
 from _log import log_to
-from _simulate import empty_columns, empty_grains, engine_of, grain_table, of_simulation, one_row, recorded, run_batch, soil_of
 from dem.experiments import direct_shear
+from virtual_soil.campaign.simulate import (
+    empty_columns,
+    empty_grains,
+    engine_of,
+    grain_table,
+    of_simulation,
+    one_row,
+    recorded,
+    run_batch,
+    soil_of,
+)
 
 RUN_KEYS = (
     *("n_particles", "n_steps", "simulated_time_s", "solid_fraction", "lid_slip_ratio", "max_overlap_ratio"),

@@ -1,8 +1,8 @@
 """Adapt rule `strength` to `calibration.strength_table`."""
 
 from _log import log_to
-from _tables import read_table, write_table
-from calibration import strength_table
+from virtual_soil.calibration import strength_table
+from virtual_soil.campaign.tables import read_table, write_table
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])

@@ -1,9 +1,9 @@
 """Adapt rule `twins` to `calibration.twin_table`."""
 
-from _inference import likelihoods_of
 from _log import log_to
-from _tables import read_table, write_table
-from calibration import space_of, twin_table
+from virtual_soil.calibration import space_of, twin_table
+from virtual_soil.campaign.inference import likelihoods_of
+from virtual_soil.campaign.tables import read_table, write_table
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])

@@ -3,10 +3,10 @@
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from _inference import likelihoods_of, optima, read_models
 from _log import log_to
-from _tables import read_table, write_table
-from calibration import equivalents, identifiability, posterior_table, sample
+from virtual_soil.calibration import equivalents, identifiability, posterior_table, sample
+from virtual_soil.campaign.inference import likelihoods_of, optima, read_models
+from virtual_soil.campaign.tables import read_table, write_table
 
 
 def main(files, params, output, provenance):

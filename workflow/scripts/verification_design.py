@@ -1,9 +1,9 @@
 """Adapt checkpoint `verification_design` to `calibration.further`."""
 
-from _inference import optima
 from _log import log_to
-from _tables import read_table, write_table
-from calibration import further
+from virtual_soil.calibration import further
+from virtual_soil.campaign.inference import optima
+from virtual_soil.campaign.tables import read_table, write_table
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])

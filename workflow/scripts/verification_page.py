@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from _log import log_to
-from _tables import read_table
-from verification.page import write_page
+from virtual_soil.campaign.tables import read_table
+from virtual_soil.verification.page import write_page
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])

@@ -1,10 +1,10 @@
 """Adapt rules `compare_round` and `verify` to `calibration.comparison_table`."""
 
-from _inference import read_models
 from _log import log_to
-from _tables import read_table, write_table
-from calibration import comparison_table
-from calibration.noise import pooled_line_scatter, pooled_scatter
+from virtual_soil.calibration import comparison_table
+from virtual_soil.calibration.noise import pooled_line_scatter, pooled_scatter
+from virtual_soil.campaign.inference import read_models
+from virtual_soil.campaign.tables import read_table, write_table
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])

@@ -3,8 +3,8 @@
 import pandas as pd
 
 from _log import log_to
-from _tables import read_table, write_table
-from verification import bulk, table_of
+from virtual_soil.campaign.tables import read_table, write_table
+from virtual_soil.verification import bulk, table_of
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])

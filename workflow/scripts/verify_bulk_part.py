@@ -3,8 +3,8 @@
 import pandas as pd
 
 from _log import log_to
-from _tables import write_table
-from verification import bulk
+from virtual_soil.campaign.tables import write_table
+from virtual_soil.verification import bulk
 
 
 def main(part: int, parts: int, output, source):

@@ -1,8 +1,8 @@
 """Adapt rule `verify_engine` to `verification.GROUPS`."""
 
 from _log import log_to
-from _tables import write_table
-from verification import GROUPS, table_of
+from virtual_soil.campaign.tables import write_table
+from virtual_soil.verification import GROUPS, table_of
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])

@@ -2,7 +2,7 @@
 
 import sys
 
-from _manifest import ManifestError, differences
+from virtual_soil.campaign.manifest import ManifestError, differences
 
 
 def main(folder):

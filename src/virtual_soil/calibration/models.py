@@ -1,0 +1,172 @@
+"""Step 3: which points are known, both kinds of surrogate fitted to them, and the choice between the two.
+
+The paper's polynomials are the reference; a Gaussian process is the alternative. `model` in a study's configuration names one, or
+"best": the one with the smaller error at points left out, each in units of its noise.
+"""
+
+import json
+from dataclasses import asdict, replace
+
+import numpy as np
+import pandas as pd
+
+from virtual_soil.calibration.errors import CalibrationError, demand
+from virtual_soil.calibration.gaussian_process import GaussianProcess, fit_process, left_out
+from virtual_soil.calibration.noise import line_errors, pooled_line_scatter, pooled_scatter
+from virtual_soil.calibration.space import Space
+from virtual_soil.calibration.surrogate import RESPONSES, Factor, Surrogate, fit_surrogate, on_grid, on_sweep
+
+#: response -> column of its standard error; the angle of repose's comes from the scatter over seeds.
+ERRORS = {"cohesion": "cohesion_se_pa", "friction_angle": "friction_angle_se_deg"}
+
+
+def known_points(repose: pd.DataFrame, strength: pd.DataFrame, response: str, design: dict, material: dict) -> pd.DataFrame:
+    """What simulations say of a response: one row per point with its variables, the response, `noise` and `point_id`.
+
+    All points of the campaign's fidelity count whose other properties are the base material's, hidden twins excepted. `noise` is
+    the standard error: of an angle of repose the scatter pooled over all repeated heaps over the root of the point's seeds; of
+    cohesion and friction angle that of the strength line, its scatter moderated by that of all lines.
+    """
+    column = RESPONSES[response][0]
+    source = repose if response == "angle_of_repose" else strength
+    fixed = [name for name in material if name not in design["variables"]]
+    usable = (source["fidelity"] == "campaign") & source[column].notna() & (source["purposes"] != "twin")
+    for name in fixed:
+        usable &= np.isclose(source[name].astype(float), material[name])
+    groups = source[usable].groupby("point_id", sort=False)
+    points = groups[[*design["variables"], column]].mean().reset_index()
+    demand(len(points) > 0, f"{response}: points with a result", 0, "at least one; see the failed runs' reasons")
+    if response in ERRORS:
+        errors = line_errors(source, ERRORS[response], pooled_line_scatter(source[source["fidelity"] == "campaign"]))
+        points["noise"] = source[usable].assign(noise=errors[usable]).groupby("point_id", sort=False)["noise"].mean().to_numpy()
+    else:
+        scatter = pooled_scatter(source[source[column].notna()], column)
+        demand(bool(np.isfinite(scatter)), "heaps of the same point with different seeds", 0, "at least two, to know the scatter")
+        points["noise"] = scatter / np.sqrt(groups.size().to_numpy())
+    return points
+
+
+def space_of(design: dict) -> Space:
+    """The box of the design variables; see `calibration.space` for their coordinates."""
+    values = {**design["grid"], **design["sweep"]}
+    ranges = {name: (float(min(values[name])), float(max(values[name]))) for name in design["variables"]}
+    offsets = {name: min(level for level in levels if level > 0) for name, levels in design["grid"].items()}
+    return Space(tuple(design["variables"]), ranges, {**offsets, **dict.fromkeys(design["sweep"], 0.0)})
+
+
+def fit_all(repose: pd.DataFrame, strength: pd.DataFrame, design: dict, material: dict, forms: dict):
+    """Both surrogates of all three properties.
+
+    Returns ({response: {"quadratic": Surrogate, "gaussian_process": GaussianProcess}}, residual table). forms is the `surrogate`
+    part of a configuration.
+    """
+    models, residuals = {}, []
+    for response in RESPONSES:
+        points = known_points(repose, strength, response, design, material)
+        models[response], table = fit_both(response, points, design, material, forms[response])
+        residuals.append(table)
+    return models, pd.concat(residuals, ignore_index=True)
+
+
+def fit_both(response: str, points: pd.DataFrame, design: dict, material: dict, form: dict):
+    """Both surrogates of one response and the table of their residuals, in the fit and left out."""
+    column, unit = RESPONSES[response]
+    of_design = points[on_grid(points, design, material) | on_sweep(points, design)]
+    polynomial = fit_surrogate(response, of_design, design, material, form)
+    errors = polynomial_left_out(response, of_design, design, material, form)
+    polynomial = with_errors(polynomial, errors, of_design["noise"].to_numpy())
+    process = fit_process(response, unit, space_of(design), points[design["variables"]], points[column], points["noise"])
+    errors_of_process = points[column].to_numpy() - left_out(process)[0]
+    shared = points.index.isin(of_design.index)  # scores are compared at the points that both know
+    score = float(np.sqrt(((errors_of_process / points["noise"].to_numpy())[shared] ** 2).mean()))
+    process = replace(process, cv_score=score)
+    in_grid = on_grid(points, design, material)
+    table = pd.concat(
+        [
+            residuals_of(polynomial, of_design, errors, column, design, in_grid[shared]),
+            residuals_of(process, points, errors_of_process, column, design, in_grid),
+        ]
+    )
+    return {"quadratic": polynomial, "gaussian_process": process}, table
+
+
+def with_errors(surrogate: Surrogate, errors: np.ndarray, noise: np.ndarray) -> Surrogate:
+    """The polynomial with its errors at left-out points; points that it cannot do without (NaN) do not count."""
+    known = np.isfinite(errors)
+    rmse = float(np.sqrt((errors[known] ** 2).mean())) if known.any() else float("nan")
+    score = float(np.sqrt(((errors[known] / noise[known]) ** 2).mean())) if known.any() else float("nan")
+    return Surrogate(**{**vars(surrogate), "cv_rmse": rmse, "cv_score": score})
+
+
+def polynomial_left_out(response: str, points: pd.DataFrame, design: dict, material: dict, form: dict) -> np.ndarray:
+    """Error of the whole fit at every point that is left out of it (n,); NaN where the rest does not determine it."""
+    column, errors = RESPONSES[response][0], []
+    for k in range(len(points)):
+        row = points.iloc[k]
+        try:
+            without = fit_surrogate(response, points.drop(index=points.index[k]), design, material, form)
+            errors.append(row[column] - float(without.predict({name: row[name] for name in design["variables"]})))
+        except CalibrationError:
+            errors.append(np.nan)
+    return np.array(errors)
+
+
+def residuals_of(model, points: pd.DataFrame, left_out_errors, column: str, design: dict, in_grid) -> pd.DataFrame:
+    """Observed and predicted response of every point that a model is fitted to."""
+    predicted = model.predict({name: points[name].to_numpy() for name in design["variables"]})
+    return pd.DataFrame(
+        {
+            "response": model.response,
+            "model": model.model,
+            "point_id": points["point_id"].to_numpy(),
+            **{name: points[name].to_numpy() for name in design["variables"]},
+            "observed": points[column].to_numpy(),
+            "noise": points["noise"].to_numpy(),
+            "predicted": predicted,
+            "residual": points[column].to_numpy() - predicted,
+            "left_out_residual": left_out_errors,
+            "set": np.where(in_grid, "f", np.where(on_sweep(points, design), "g", "other")),
+        }
+    )
+
+
+def choose(models: dict, forms: dict) -> dict:
+    """The surrogate to use for each response: the configured one, or the one that is better at left-out points."""
+    chosen = {}
+    for response, both in models.items():
+        wanted = forms[response]["model"]
+        chosen[response] = both[wanted] if wanted in both else min(both.values(), key=noise_score)
+    return chosen
+
+
+def noise_score(model: Surrogate | GaussianProcess) -> float:
+    """Left-out error in units of the noise; infinite where it is not known."""
+    return model.cv_score if np.isfinite(model.cv_score) else float("inf")
+
+
+def to_json(models: dict, forms: dict) -> str:
+    """Both surrogates of every response, and which is chosen, as text that `from_json` reads back."""
+    chosen = choose(models, forms)
+    responses = {
+        response: {"chosen": chosen[response].model, **{name: asdict(model) for name, model in both.items()}}
+        for response, both in models.items()
+    }
+    return json.dumps(responses, indent=2)
+
+
+def from_json(text: str, model: str = "chosen") -> dict:
+    """Surrogates by response from what `to_json` wrote: the chosen ones, or all "quadratic", or all "gaussian_process"."""
+    result: dict[str, Surrogate | GaussianProcess] = {}
+    for response, entry in json.loads(text).items():
+        name = entry["chosen"] if model == "chosen" else model
+        fields = dict(entry[name])
+        if name == "quadratic":
+            fields["g"] = {k: Factor(f["form"], f["reference"], tuple(f["coefficients"])) for k, f in fields["g"].items()}
+            fields["ranges"] = {k: tuple(limits) for k, limits in fields["ranges"].items()}
+            result[response] = Surrogate(**fields)
+        else:
+            space = fields.pop("space")
+            ranges = {k: tuple(limits) for k, limits in space["ranges"].items()}
+            box = Space(tuple(space["variables"]), ranges, space["offsets"])
+            result[response] = GaussianProcess(**{**fields, "points": tuple(map(tuple, fields["points"]))}, space=box)
+    return result

@@ -1,0 +1,96 @@
+"""Mohr-Coulomb line tau_max = c + p tan(phi) (Equation 1): weighted linear regression with standard errors.
+
+Shear strengths scatter in proportion to themselves, so the points are weighted by 1/tau^2: otherwise the highest stresses would
+decide the intercept, which is the cohesion.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from virtual_soil.calibration.errors import demand
+
+#: Fewer distinct normal stresses do not make a line with an error.
+LEAST_STRESSES = 3
+
+#: strength and normal stress that a configuration names -> columns of the shear table
+COLUMNS = {
+    ("peak", "plane"): ("peak_shear_stress_pa", "peak_plane_normal_stress_pa"),
+    ("plateau", "plane"): ("plateau_shear_stress_pa", "plane_normal_stress_pa"),
+    ("peak", "applied"): ("peak_shear_stress_pa", "normal_stress_pa"),
+    ("plateau", "applied"): ("plateau_shear_stress_pa", "normal_stress_pa"),
+}
+RESULTS = {
+    "simulation_id", "experiment", "purposes", "normal_stress_pa", "seed", "status", "reason", "n_particles", "n_steps",
+    "simulated_time_s", "wall_time_s", "peak_shear_stress_pa", "plateau_shear_stress_pa", "plane_normal_stress_pa",
+    "peak_plane_normal_stress_pa", "lid_slip_ratio", "inertial_number", "stiffness_reduction", "max_overlap_ratio",
+    "solid_fraction", "dilation_m",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class StrengthLine:
+    """Cohesion (Pa), friction angle (deg), their standard errors, R^2 of the weighted line, number of tests.
+
+    relative_scatter: standard deviation of the strengths about the line, over themselves; both standard errors are proportional
+    to it.
+    """
+
+    cohesion_pa: float
+    cohesion_se_pa: float
+    friction_angle_deg: float
+    friction_angle_se_deg: float
+    r_squared: float
+    relative_scatter: float
+    n_runs: int
+
+
+def fit_line(normal_stress_pa: np.ndarray, shear_strength_pa: np.ndarray) -> StrengthLine:
+    """Weighted regression of n shear strengths on their normal stresses, arrays (n,).
+
+    Raises CalibrationError for fewer than three distinct stresses, or for values that are not finite.
+    """
+    p, tau = np.asarray(normal_stress_pa, float), np.asarray(shear_strength_pa, float)
+    demand(bool(np.isfinite(p).all() and np.isfinite(tau).all()), "strengths", "not all finite", "finite stresses in Pa")
+    n_stresses = len(np.unique(np.round(p, 6)))
+    demand(n_stresses >= LEAST_STRESSES, "number of distinct normal stresses", n_stresses, f"at least {LEAST_STRESSES}")
+    weights = 1.0 / np.maximum(np.abs(tau), 1e-3 * np.abs(tau).max() + 1e-300) ** 2
+    design = np.column_stack([np.ones_like(p), p])
+    normal = design.T @ (weights[:, None] * design)
+    c, slope = np.linalg.solve(normal, design.T @ (weights * tau))
+    residuals = tau - design @ (c, slope)
+    mean = np.average(tau, weights=weights)
+    squares = float(weights @ residuals**2)
+    covariance = np.linalg.inv(normal) * squares / (len(p) - 2)
+    return StrengthLine(
+        cohesion_pa=float(c),
+        cohesion_se_pa=float(np.sqrt(covariance[0, 0])),
+        friction_angle_deg=float(np.degrees(np.arctan(slope))),
+        friction_angle_se_deg=float(np.degrees(np.sqrt(covariance[1, 1]) / (1.0 + slope**2))),
+        r_squared=1.0 - squares / float(weights @ (tau - mean) ** 2),
+        relative_scatter=float(np.sqrt(squares / (len(p) - 2))),
+        n_runs=len(p),
+    )
+
+
+def strength_table(shear: pd.DataFrame, strength: str, normal_stress: str) -> pd.DataFrame:
+    """One row per design point and fidelity: its material values and its strength line.
+
+    Failed simulations do not count; points with fewer than three distinct applied stresses left are not in the table.
+    strength is "peak" or "plateau"; normal_stress "plane" or "applied".
+    """
+    material = [column for column in shear.columns if column not in RESULTS]
+    rows = []
+    for point, line in lines(shear, ["point_id", "fidelity"], strength, normal_stress):
+        purposes = ",".join(dict.fromkeys(",".join(point["purposes"]).split(",")))
+        rows.append({**point.iloc[0][material].to_dict(), "purposes": purposes, **vars(line)})
+    return pd.DataFrame(rows, columns=[*material, "purposes", *StrengthLine.__dataclass_fields__])
+
+
+def lines(shear: pd.DataFrame, keys: list[str], strength: str, normal_stress: str):
+    """Yield (runs, StrengthLine) of every group of finished shear tests that has enough normal stresses for a line."""
+    tau_column, p_column = COLUMNS[strength, normal_stress]
+    for _, runs in shear[shear["status"] == "done"].groupby(keys, sort=False):
+        if runs["normal_stress_pa"].nunique() >= LEAST_STRESSES:
+            yield runs, fit_line(runs[p_column].to_numpy(), runs[tau_column].to_numpy())

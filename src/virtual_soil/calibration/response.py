@@ -1,0 +1,45 @@
+"""A response: one number that a virtual test measures of a soil, and that the real soil has too (then it is a target).
+
+Experiments declare theirs; every function of this package takes the responses that it works on.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Response:
+    """What the inference has to know of a response.
+
+    Attributes
+    ----------
+    name : the noun from soil file to report; also the key of weights and surrogates.
+    column : name with its unit, as in tables and soil files. unit, symbol : as printed.
+    table : the campaign's table that holds it, one row per run or per point.
+    error_column : column of its standard error in that table, where each row is a regression with n_runs and relative_scatter;
+        None where each row is a run, whose error is the scatter over seeds.
+    maximum : upper bound of a target, which must lie below it; the lower bound is 0, excluded unless `signed`.
+    signed : True for an intercept: a regression through noisy tests may put it below zero.
+    smallest_scale : errors relative to the target are taken relative to at least this, in `unit`.
+    sweep_form : default form of g, "quadratic" or "log" (see `calibration.surrogate`).
+    """
+
+    name: str
+    column: str
+    unit: str
+    symbol: str
+    table: str
+    error_column: str | None = None
+    maximum: float = float("inf")
+    signed: bool = False
+    smallest_scale: float = 0.0
+    sweep_form: str = "quadratic"
+
+    @property
+    def words(self) -> str:
+        """The name as words."""
+        return self.name.replace("_", " ")
+
+
+#: Responses by name, in the order of their tables.
+Responses = Mapping[str, Response]

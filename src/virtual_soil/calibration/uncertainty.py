@@ -1,0 +1,213 @@
+"""How sure the calibration is: the parameters that are consistent with a soil, given all errors that are known.
+
+    log L(x) = -1/2 sum_j v_j [ (y_j(x) - t_j)^2 / (s_j^2 + e_j(x)^2) + ln(s_j^2 + e_j(x)^2) ]
+
+t_j and s_j are a target and its standard uncertainty, y_j(x) and e_j(x) the surrogate and its standard error (the seeds' scatter
+and the fit are in it), v_j the case's weights over their mean: a target of a tenth of the weight counts like one of sqrt(10) times
+the uncertainty. The prior is uniform in the coordinates of the design's box (see `calibration.space`). phi4, the wish for large
+grains, is a matter of cost, not of knowledge, and does not enter.
+
+A target that no parameters of the design reach would drown the others: every point misses it by many s_j, and a hair's breadth
+between them would decide. Its distance to the nearest value within reach is therefore added to s_j (in squares), as a discrepancy
+of the model (Kennedy & O'Hagan 2001): it then counts for little more than a direction.
+"""
+
+from dataclasses import dataclass, field
+
+import emcee
+import numpy as np
+import pandas as pd
+
+from virtual_soil.calibration.errors import demand
+from virtual_soil.calibration.space import REACH, Space
+from virtual_soil.calibration.surrogate import RESPONSES
+
+#: Responses in the order of a case's weights; the fourth weight is the radius's.
+WEIGHTED = ("angle_of_repose", "cohesion", "friction_angle")
+#: Low-discrepancy points that find the regions of high probability, where the walkers of the sampler then start.
+CROWD = 2**14
+WALKERS, BURN_IN, STEPS = 48, 200, 600
+SEED = 2011
+#: In Pa or degrees: that of a cohesion of zero without a stated uncertainty.
+LEAST_UNCERTAINTY = 1.0
+#: Bounds of the intervals: 95 %.
+LEVELS = (0.025, 0.975)
+
+
+@dataclass(frozen=True)
+class Likelihood:
+    """log L of one case; callable on coordinates (m, n) -> (m,).
+
+    By response: surrogates, targets, their standard uncertainties, the case's weights over their mean, and the discrepancies of
+    targets out of reach.
+    """
+
+    surrogates: dict
+    space: Space
+    targets: dict[str, float]
+    uncertainties: dict[str, float]
+    weights: dict[str, float]
+    discrepancies: dict[str, float] = field(default_factory=dict)
+
+    def __call__(self, unit: np.ndarray) -> np.ndarray:
+        """Log likelihood at coordinates (m, n); minus infinity outside the unit cube."""
+        unit = np.atleast_2d(unit)
+        inside = ((unit >= 0) & (unit <= 1)).all(axis=1)
+        result = np.full(len(unit), -np.inf)
+        if inside.any():
+            values = self.space.values(unit[inside])
+            result[inside] = sum(self.weights[name] * self.term(name, values) for name in RESPONSES)
+        return result
+
+    def term(self, name: str, values) -> np.ndarray:
+        """What one response adds, unweighted."""
+        mean, error = self.surrogates[name].predict_with_error(values)
+        variance = self.tolerance(name) ** 2 + error**2
+        return -0.5 * ((mean - self.targets[name]) ** 2 / variance + np.log(variance))
+
+    def tolerance(self, name: str) -> float:
+        """Standard deviation within which a target is to be met: its uncertainty, and what it lies out of reach."""
+        return float(np.hypot(self.uncertainties[name], self.discrepancies.get(name, 0.0)))
+
+    def deviations(self, values) -> dict[str, float]:
+        """Distance of every prediction at one point from its target, in standard deviations of target and surrogate together."""
+        result = {}
+        for name in RESPONSES:
+            mean, error = self.surrogates[name].predict_with_error(values)
+            result[name] = abs(float(mean) - self.targets[name]) / float(np.hypot(self.uncertainties[name], float(error)))
+        return result
+
+
+def likelihood_of(case: dict, surrogates: dict, soils: pd.DataFrame, space: Space, ratio: float) -> Likelihood:
+    """The likelihood of a case; a soil's property without an uncertainty has `ratio` times its value as one.
+
+    Raises CalibrationError when the soil is unknown.
+    """
+    rows = soils[soils["soil"] == case["soil"]].set_index("property")
+    demand(len(rows) > 0, "soil of a case", case["soil"], f"one of {sorted(soils['soil'].unique())}")
+    targets = rows["value"].to_dict()
+    uncertainties = {name: target_uncertainty(rows.loc[name], ratio) for name in RESPONSES}
+    shares = dict(zip(WEIGHTED, np.array(case["weights"][:3]) / np.mean(case["weights"][:3]), strict=True))
+    values = space.values(space.everywhere(REACH))
+    out_of_reach = {name: distance_to(model.predict(values), targets[name]) for name, model in surrogates.items()}
+    return Likelihood(surrogates, space, targets, uncertainties, shares, out_of_reach)
+
+
+def distance_to(reached: np.ndarray, target: float) -> float:
+    """How far a target lies outside the range of values."""
+    return float(abs(target - np.clip(target, reached.min(), reached.max())))
+
+
+def target_uncertainty(target, ratio: float) -> float:
+    """Standard uncertainty of a row of the soil table: what it states, or `ratio` of its value; never nothing."""
+    stated = target["standard_uncertainty"]
+    return float(stated) if stated > 0 else max(ratio * abs(target["value"]), LEAST_UNCERTAINTY)
+
+
+def probabilities(log_likelihood: np.ndarray) -> np.ndarray:
+    """Weights (m,) that sum to one."""
+    weights = np.exp(log_likelihood - log_likelihood.max())
+    return weights / weights.sum()
+
+
+def credible_level(samples: np.ndarray, weights: np.ndarray, at: float) -> float:
+    """Probability mass of all parameters that are more probable than one whose log likelihood is `at`.
+
+    samples (m,): log likelihoods drawn with weights (m,). A parameter set lies in the 95 % region if its level is below 0.95.
+    """
+    return float(weights[samples > at].sum() / weights.sum())
+
+
+def sample(likelihood: Likelihood, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """N samples of the posterior: coordinates (n, k) and log likelihoods (n,).
+
+    emcee's affine-invariant ensemble; its walkers start where a low-discrepancy crowd is probable, so that no mode is missed that
+    the crowd sees. The same samples in every run.
+    """
+    random = np.random.default_rng(SEED)
+    crowd = likelihood.space.crowd(CROWD)
+    chosen = random.choice(len(crowd), WALKERS, p=probabilities(likelihood(crowd)))
+    begin = np.clip(crowd[chosen] + 1e-3 * random.standard_normal((WALKERS, crowd.shape[1])), 1e-9, 1 - 1e-9)
+    sampler = emcee.EnsembleSampler(WALKERS, crowd.shape[1], likelihood, vectorize=True)
+    sampler.random_state = np.random.RandomState(SEED).get_state()  # noqa: NPY002 (emcee knows no other)
+    sampler.run_mcmc(begin, BURN_IN + STEPS)
+    chain, logs = sampler.get_chain(discard=BURN_IN, flat=True), sampler.get_log_prob(discard=BURN_IN, flat=True)
+    kept = np.linspace(0, len(chain) - 1, min(n, len(chain))).astype(int)
+    return chain[kept], logs[kept]
+
+
+def posterior_table(case: dict, likelihood: Likelihood, unit: np.ndarray, logs: np.ndarray) -> pd.DataFrame:
+    """Samples with their variables and with c, phi and A drawn within the surrogates' errors there."""
+    values = likelihood.space.values(unit)
+    random = np.random.default_rng(SEED)
+    columns = {"case": case["case"], "soil": case["soil"], **values}
+    for name, (column, _) in RESPONSES.items():
+        mean, error = likelihood.surrogates[name].predict_with_error(values)
+        columns[column] = mean + error * random.standard_normal(len(mean))
+    return pd.DataFrame({**columns, "log_likelihood": logs})
+
+
+def intervals(posterior: pd.DataFrame, columns) -> dict[str, float]:
+    """Bounds of the 95 % interval of each column, as <column>_low_95 and <column>_high_95."""
+    return {
+        f"{column}_{side}_95": float(posterior[column].quantile(level))
+        for column in columns
+        for side, level in zip(("low", "high"), LEVELS, strict=True)
+    }
+
+
+def equivalents(posterior: pd.DataFrame, space: Space, n: int, processes: dict) -> pd.DataFrame:
+    """N parameter sets of one case that the tests cannot tell apart: members of the 95 % region as far apart as possible.
+
+    The most probable one is first; each next is the farthest from all before it. `extrapolated`: whether the simulated points of
+    any of the processes (by response) do not surround it.
+    """
+    region = posterior[posterior["log_likelihood"] >= posterior["log_likelihood"].quantile(0.05)].reset_index(drop=True)
+    unit = space.unit({name: region[name].to_numpy() for name in space.variables})
+    order = [int(region["log_likelihood"].argmax())]
+    distance = np.linalg.norm(unit - unit[order[0]], axis=1)
+    while len(order) < min(n, len(region)) and distance.max() > 0:
+        order.append(int(distance.argmax()))
+        distance = np.minimum(distance, np.linalg.norm(unit - unit[order[-1]], axis=1))
+    table = region.iloc[order].reset_index(drop=True)
+    table.insert(2, "rank", np.arange(1, len(table) + 1))
+    sets = table[list(space.variables)].to_dict("records")
+    table["extrapolated"] = [not all(process.surrounds(values) for process in processes.values()) for values in sets]
+    return table
+
+
+def identifiability(case: dict, likelihood: Likelihood, at: dict[str, float]) -> pd.DataFrame:
+    """Which combinations of the variables the tests determine at a point: singular vectors of the responses' derivatives.
+
+    Derivatives are in standard deviations (target and surrogate together) per extent of the design. One row per direction, best
+    determined first: `standard_deviation` is 1/singular value, in extents; beyond that of a uniform distribution, 1/sqrt(12), the
+    tests say nothing about it (`determined` is False).
+    """
+    unit, h = likelihood.space.unit(at)[0], 1e-3
+    rows = []
+    for name in RESPONSES:
+        _, error = likelihood.surrogates[name].predict_with_error(at)
+        deviation = np.hypot(likelihood.tolerance(name), float(error))
+        slopes = []
+        for k in range(len(unit)):
+            ends = np.clip(unit[k] + np.array([-h, h]), 0.0, 1.0)
+            pair = np.tile(unit, (2, 1))
+            pair[:, k] = ends
+            low, high = likelihood.surrogates[name].predict(likelihood.space.values(pair))
+            slopes.append((high - low) / (ends[1] - ends[0]) / deviation)
+        rows.append(np.sqrt(likelihood.weights[name]) * np.array(slopes))
+    _, singular, directions = np.linalg.svd(np.array(rows))
+    singular = np.append(singular, np.zeros(len(unit) - len(singular)))
+    return pd.DataFrame(
+        [
+            {
+                "case": case["case"],
+                "direction": k + 1,
+                "singular_value": float(value),
+                "standard_deviation": float(1.0 / value) if value > 0 else float("inf"),
+                "determined": bool(value > np.sqrt(12.0)),
+                **{f"component_{name}": float(d) for name, d in zip(likelihood.space.variables, direction, strict=True)},
+            }
+            for k, (value, direction) in enumerate(zip(singular, directions, strict=True))
+        ]
+    )

@@ -1,0 +1,29 @@
+"""What several inference scripts share: surrogates and likelihoods from a rule's input and parameters."""
+
+from pathlib import Path
+
+from virtual_soil.calibration import from_json, likelihood_of, space_of
+from virtual_soil.campaign.tables import ADVICE, UNREADABLE, TableError, one_line, read_table
+
+
+def read_models(path: str, model: str = "chosen") -> dict:
+    """The surrogates by response in a file that rule fit_surrogates wrote; `model` as in `calibration.from_json`.
+
+    Raises TableError, naming the file, for anything else.
+    """
+    try:
+        return from_json(Path(path).read_text(encoding="utf-8"), model)
+    except (*UNREADABLE, AttributeError) as error:
+        raise TableError(f"{path}: not the surrogates of a study ({one_line(error)}). {ADVICE}") from error
+
+
+def likelihoods_of(files, params) -> dict:
+    """Case name -> its likelihood."""
+    models, soils = read_models(files.surrogates), read_table(files.soils, "soil")
+    space, ratio = space_of(params.design), params.uncertainty["target_uncertainty_ratio"]
+    return {case["case"]: likelihood_of(case, models, soils, space, ratio) for case in params.optimise["cases"]}
+
+
+def optima(table, variables) -> dict[str, dict[str, float]]:
+    """Case name -> values of the design variables at its optimum."""
+    return {row["case"]: {name: float(row[name]) for name in variables} for _, row in table.iterrows()}

@@ -1,0 +1,58 @@
+"""Start a study: `make new-study STUDY=<name> [SOIL=<name>]` writes a short configuration, and a soil file to fill in."""
+
+import argparse
+import re
+from pathlib import Path
+from string import Template
+
+ROOT = Path(__file__).resolve().parents[3]
+NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
+
+
+def start(root: Path, study: str, soil: str | None = None) -> list[Path]:
+    """Write config/<study>.yaml, and config/soils/<study>.yaml unless an existing soil is named; returns what was written.
+
+    Exits with one line, and writes nothing, when a name is impossible, the soil unknown, or a file would be overwritten.
+    """
+    soils, starter = root / "config" / "soils", root / "config" / "starter"
+    if not re.fullmatch(NAME, study):
+        raise SystemExit(f"STUDY is {study!r}; allowed: letters, digits, - and _, as it names files and folders.")
+    if soil is not None and not (soils / f"{soil}.yaml").is_file():
+        known = ", ".join(sorted(path.stem for path in soils.glob("*.yaml")))
+        raise SystemExit(f"SOIL is {soil!r}; allowed: {known}, or none, for a soil of your own.")
+    files = {root / "config" / f"{study}.yaml": starter / "study.yaml"}
+    if soil is None:
+        files[soils / f"{study}.yaml"] = starter / "soil.yaml"
+    for path in files:
+        if path.exists():
+            raise SystemExit(f"{path.relative_to(root)} exists already and is left as it is; allowed: another STUDY.")
+    for path, template in files.items():
+        text = Template(template.read_text(encoding="utf-8")).substitute(study=study, soil=soil or study)
+        path.write_text(text, encoding="utf-8")
+    return list(files)
+
+
+def next_steps(study: str, soil: str | None) -> str:
+    """What to do with the files."""
+    own = "" if soil else f"Put what was measured into config/soils/{study}.yaml. Then:\n"
+    return f"""{own}
+    make first-answer SOIL={soil or study}                                # seconds, without simulations
+    .venv/bin/snakemake -n all --configfile config/{study}.yaml      # what would run
+    .venv/bin/snakemake -c2 all --configfile config/{study}.yaml     # run it: results/{study}/report.html
+    make status STUDY={study}                                       # how far it is, from another terminal
+"""
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Write the files of a new study."""
+    parser = argparse.ArgumentParser(description="Start a study of one's own.")
+    parser.add_argument("study", help="its name")
+    parser.add_argument("soil", nargs="?", help="a soil in config/soils; without, a soil file to fill in is written")
+    given = parser.parse_args(arguments)
+    written = start(ROOT, given.study, given.soil)
+    print("Written: " + ", ".join(path.relative_to(ROOT).as_posix() for path in written))
+    print(next_steps(given.study, given.soil), end="")
+
+
+if __name__ == "__main__":
+    main()

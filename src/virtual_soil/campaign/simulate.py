@@ -1,0 +1,242 @@
+"""What both simulation scripts share: batches, soil and engine from the design row, progress, and failures that are recorded."""
+
+import json
+import shutil
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from dem import SimulationError
+from dem.experiments import direct_shear
+from dem.experiments.soil import Engine, Soil
+from virtual_soil.campaign.batches import may_hold, stage_of
+from virtual_soil.campaign.files import FileError, write_text, writing
+from virtual_soil.campaign.provenance import versions
+from virtual_soil.campaign.resume import Checkpoint
+from virtual_soil.campaign.tables import TableError, read_provenance, stack_tables, write_table
+
+SOIL_KEYS = tuple(Soil.__dataclass_fields__)
+#: Seconds between two progress lines in a simulation's log.
+PROGRESS_S = 5.0
+
+#: What a simulation may raise because of its parameters; anything else is a fault of the program and stops the job.
+FAILURES = (SimulationError, ValueError, FloatingPointError)
+
+
+def soil_of(row: dict) -> Soil:
+    """The virtual soil of a design row."""
+    return Soil(**{key: row[key] for key in SOIL_KEYS if key in row})
+
+
+def engine_of(settings: dict, stiffness_reduction: float) -> Engine:
+    """The engine settings of a simulation."""
+    return Engine(stiffness_reduction=stiffness_reduction, **settings["engine"])
+
+
+class Progress:
+    """Prints a line every few seconds: stage and how much of it is done, simulated time, steps, speed, time left.
+
+    Percent and time left are those of the stage that the line names, and stand there only when its end is known:
+
+    - shear: a known number of looks, so both are exact as far as the speed is steady; neither is known when a saved test goes on.
+    - lift: how high the tube's rim is over the highest grain, whose top still sinks: so "about". The heap may go on rolling when
+      the tube is clear, so the time left is "at least". It then ends when nothing moves, at no known time.
+    - fill, consolidate: end when nothing moves, as a rule long before their time limit, of which a percentage would mean nothing.
+    """
+
+    def __init__(self):
+        self.start = self.last = time.monotonic()
+        self.stage: str | None = None
+        self.first_step: int | None = None
+
+    def __call__(self, simulation, stage: str) -> None:
+        """Report one look at the simulation."""
+        now = time.monotonic()
+        if self.first_step is None:  # a resumed simulation has made steps before
+            self.first_step = simulation.n_steps
+        if stage != self.stage:
+            self.whole = self.stage is not None or stage != "shear"
+            self.stage, self.n_looks, self.first = stage, 0, None
+        self.n_looks += 1
+        if now - self.last >= PROGRESS_S or self.first is None:
+            share = self.done(simulation)
+            self.first = self.first or (now, share)
+        if now - self.last >= PROGRESS_S:
+            self.last = now
+            speed = (simulation.n_steps - self.first_step) * simulation.n_grains / (now - self.start) / 1e6
+            print(
+                f"{stage}: {self.percent(share)}t = {simulation.time_s:.4f} s, step {simulation.n_steps}, "
+                f"{speed:.1f} M grain-steps/s{self.left(now, share)}"
+            )
+
+    def done(self, simulation) -> float | None:
+        """How much of the stage is done (0 to 1); None where its end is not known."""
+        if self.stage == "shear":
+            return self.n_looks / direct_shear.N_SAMPLES if self.whole else None
+        if self.stage == "lift":
+            top = simulation.top_m
+            return simulation.wall("tube").bottom_m / top if top > simulation.wall("tube").bottom_m else 1.0
+        return None
+
+    def percent(self, share: float | None) -> str:
+        """The share in words, ready to be put before the rest of the line."""
+        if share is None:
+            return "" if self.stage == "shear" else "until nothing moves, "
+        if self.stage == "lift":
+            return f"about {100.0 * share:.0f} %, " if share < 1.0 else "tube is clear, until nothing moves, "
+        return f"{100.0 * share:.0f} %, "
+
+    def left(self, now: float, share: float | None) -> str:
+        """Wall time until the stage ends, at the pace since its first look; empty where that cannot be said."""
+        begun_s, begun = self.first or (now, None)
+        if share is None or begun is None or share >= 1.0 or share <= begun:
+            return ""
+        seconds = (now - begun_s) * (1.0 - share) / (share - begun)
+        return f", {'at least ' if self.stage == 'lift' else ''}{seconds:.0f} s left"
+
+
+def provenance(members: list, engine: str) -> dict:
+    """Where results come from; nothing in it changes from run to run. members : pairs of design row and settings."""
+    simulations = {row["simulation_id"]: {"design": row, "settings": settings} for row, settings in members}
+    return {"simulations": simulations, "engine": engine, "versions": versions()}
+
+
+def grain_table(grains, simulation: str = "") -> dict[str, np.ndarray]:
+    """Of which simulation they are, positions, radii and speeds of grains as columns."""
+    x, y, z = grains.positions_m.reshape(-1, 3).T
+    speeds = np.linalg.norm(grains.velocities_m_s.reshape(-1, 3), axis=1)
+    return of_simulation(simulation, {"x_m": x, "y_m": y, "z_m": z, "radius_m": grains.radii_m, "speed_m_s": speeds})
+
+
+def empty_grains() -> dict[str, np.ndarray]:
+    """The grain table of a failed simulation."""
+    return empty_columns(("x_m", "y_m", "z_m", "radius_m", "speed_m_s"))
+
+
+def of_simulation(simulation: str, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The columns, and before them the id of the simulation in each row."""
+    return {"simulation": np.full(len(next(iter(columns.values()))), simulation, dtype="U10"), **columns}
+
+
+def empty_columns(names) -> dict[str, np.ndarray]:
+    """Columns of numbers without rows, of no simulation."""
+    return of_simulation("", {name: np.zeros(0) for name in names})
+
+
+def one_row(values: dict) -> dict[str, list]:
+    """A table of one row."""
+    return {name: [value] for name, value in values.items()}
+
+
+def recorded(run, soil, setup, engine, seed: int, checkpoint: Checkpoint):
+    """Run an experiment, from its checkpoint if there is one.
+
+    Returns (result, None, seconds), or (None, reason, seconds) when the parameters do not work. Ends the job after a signal.
+    """
+    state = checkpoint.state()
+    try:
+        with checkpoint.on_signals():
+            result = run(soil, setup, engine, seed, each=Progress(), state=state, keep=checkpoint.keep)
+        reason = None
+    except FAILURES as error:
+        traceback.print_exc()
+        result, reason = None, str(error)
+    return result, reason, checkpoint.spent_s
+
+
+class Finished:
+    """Simulations that need not be run: kept by an earlier attempt, or made alone or in another batch, of the same identity."""
+
+    def __init__(self, files: dict[str, str], kept: Path, sims: Path):
+        self.files, self.kept, self.sims = files, kept, sims
+        self.batches = [path for path in sorted(sims.glob("*")) if stage_of(path.name) is not None]
+        self.known: dict[Path, dict] = {}
+
+    def folder(self, row: dict, settings: dict, engine: str) -> Path | None:
+        """Where a simulation's files are, among those of others perhaps; None where they are nowhere."""
+        name, wanted = row["simulation_id"], provenance([(row, settings)], engine)
+        others = [path for path in self.batches if may_hold(path.name, name)]
+        for folder in (self.kept / name, self.sims / name, *others):
+            found = self.holds(folder)
+            if name in found.get("simulations", {}) and found | {"simulations": {name: found["simulations"][name]}} == wanted:
+                return folder
+        return None
+
+    def holds(self, folder: Path) -> dict:
+        """The provenance that all files in a folder have; empty where one is missing, broken or of another run."""
+        if folder not in self.known:
+            paths = [folder / file for name, file in self.files.items() if name != "timing"]
+            try:
+                first, *rest = [read_provenance(path) for path in paths]
+                json.loads((folder / self.files["timing"]).read_text())  # it is written last
+                self.known[folder] = first if all(other == first for other in rest) else {}
+            except (TableError, OSError, ValueError):
+                self.known[folder] = {}
+        return self.known[folder]
+
+
+def run_batch(members: list, engine: str, output: dict[str, str], checkpoints: str, interval_s: float, simulate: Callable) -> None:
+    """Simulate what a batch holds, one after another, and write each output as one file, stacked in the order of the members.
+
+    Every finished simulation is kept in <checkpoints>/<id>/ until all files are written, so that nothing is lost when the job ends
+    early. After a fault of the program the others are still simulated; then the job fails, and its next attempt takes up that one.
+
+    Parameters
+    ----------
+    members : pairs of design row and settings. output : name -> path. simulate : function of row, settings and Checkpoint that
+        returns {name of output: (schema, columns)} and the wall time in s.
+    """
+    files, kept = {name: Path(path).name for name, path in output.items()}, Path(checkpoints)
+    finished, broken = Finished(files, kept, Path(output["run"]).parents[1]), []
+    folders: dict[str, Path] = {}
+    for number, (row, settings) in enumerate(members, 1):
+        name, source = row["simulation_id"], provenance([(row, settings)], engine)
+        print(f"simulation {name}: {number} of {len(members)}")
+        folder = finished.folder(row, settings, engine)
+        if folder is not None:
+            print(f"finished before, in {folder}")
+            folders[name] = folder
+            continue
+        checkpoint = Checkpoint(str(kept / f"{name}.npz"), interval_s, source)
+        try:
+            tables, seconds = simulate(row, settings, checkpoint)
+            folders[name] = keep(kept / name, tables, {name: seconds}, files, source)
+        except FileError:  # what the others make could not be written either
+            raise
+        except Exception:  # whatever it is, the other simulations can do nothing for it
+            traceback.print_exc()
+            broken.append(name)
+        else:
+            checkpoint.remove()
+    if broken:
+        raise RuntimeError(f"{len(broken)} of {len(members)} simulations broke off: {', '.join(broken)}; the others are kept.")
+    for name in output.keys() - {"timing"}:
+        paths = {simulation: folder / files[name] for simulation, folder in folders.items()}
+        stack_tables(paths, output[name], provenance(members, engine))
+    timings = [json.loads((folder / files["timing"]).read_text())["wall_time_s"] for folder in folders.values()]
+    write_timing(output["timing"], {name: timing[name] for name, timing in zip(folders, timings, strict=True)})
+    for name in folders:
+        shutil.rmtree(kept / name, ignore_errors=True)
+        Checkpoint(str(kept / f"{name}.npz"), interval_s, {}).remove()  # of a job killed between its last step and its result
+
+
+def keep(folder: Path, tables: dict, seconds: dict[str, float], files: dict[str, str], source: dict) -> Path:
+    """Write the files of one simulation into a folder, whole or not at all; returns the folder."""
+    part = folder.with_name(f"{folder.name}.part")
+    with writing(folder):
+        for left in (part, folder):
+            shutil.rmtree(left, ignore_errors=True)
+        part.mkdir(parents=True)
+        for name, (schema, columns) in tables.items():
+            write_table(columns, str(part / files[name]), schema, source)
+        write_timing(str(part / files["timing"]), seconds)
+        part.rename(folder)
+    return folder
+
+
+def write_timing(path: str, seconds: dict[str, float]) -> None:
+    """The only output that differs from run to run: how long each simulation took."""
+    write_text(path, json.dumps({"wall_time_s": seconds}))

@@ -1,0 +1,249 @@
+"""How far a study is, from its files alone: `make status`, or `.venv/bin/python workflow/scripts/status.py --study default`.
+
+Reads results/<study> and logs/<study> and nothing else, so it works from any terminal, beside a running campaign or after it.
+A simulation that has its files counts as done; as outdated when another engine made it than the newest result: it is run again.
+Whether a changed configuration would run it again, only `snakemake -n all` knows.
+"""
+
+import argparse
+import json
+import re
+import signal
+import time
+from collections import Counter
+from pathlib import Path
+
+import pyarrow.parquet as pq
+
+from virtual_soil.campaign.batches import stage_of
+from virtual_soil.campaign.cost import expected_s
+from virtual_soil.campaign.tables import METADATA_KEY, UNREADABLE, one_line
+
+ROOT = Path(__file__).resolve().parents[3]
+NAMES = {"repose": "heaps", "shear": "shear tests"}
+STATES = ("done", "outdated", "running", "failed", "stopped", "waiting")
+#: How a simulation's lines begin in the log of its job.
+HEADING = re.compile(r"^simulation ([0-9a-f]{10}): \d+ of \d+$\n?", flags=re.MULTILINE)
+#: A running simulation writes to its log every few seconds; one that has not for so long (s) was stopped.
+SILENT_S = 120.0
+#: Width of the bar, in characters.
+BAR = 30
+#: How many failures are named one by one.
+SHOWN = 5
+
+
+def read_rows(path: Path, columns: list[str]) -> list[dict]:
+    """Rows of a table; exits with one line naming the file when it is no table with these columns."""
+    try:
+        return pq.ParquetFile(path).read(columns=columns).select(columns).to_pylist()
+    except UNREADABLE as error:
+        raise SystemExit(f"{path}: not a readable table with {', '.join(columns)} ({one_line(error)}).") from None
+
+
+def planned(results: Path) -> dict[str, dict]:
+    """simulation_id -> experiment, fidelity and step of every simulation planned so far; one planned twice is in its first step."""
+    rounds = sorted(results.glob("rounds/*/design.parquet"), key=lambda path: int(path.parent.name))
+    steps = {"campaign": results / "design.parquet"}
+    steps |= {f"round {path.parent.name}": path for path in rounds} | {"verification": results / "verification" / "design.parquet"}
+    rows = {}
+    for step, path in steps.items():
+        if path.is_file():
+            for row in read_rows(path, ["simulation_id", "experiment", "fidelity"]):
+                rows.setdefault(row["simulation_id"], row | {"step": step})
+    return rows
+
+
+def results_in(results: Path) -> dict[str, dict]:
+    """simulation_id -> state, what there is to say of it, wall time in s; of every result, also of batches that are not finished.
+
+    Where a simulation has several results, as its batch is another one now, the newest counts.
+    """
+    paths = [path for folder in ("checkpoints/*", "sims/*/*") for path in results.glob(f"{folder}/run.parquet")]
+    found = {}
+    for path in sorted(paths, key=lambda path: path.stat().st_mtime):
+        folder = path.parent
+        try:
+            seconds = json.loads((folder / "timing.json").read_text())["wall_time_s"]
+            file = pq.ParquetFile(path)
+            runs = file.read(columns=["simulation_id", "status", "reason"]).to_pylist()
+            provenance = json.loads(file.schema_arrow.metadata[METADATA_KEY])
+            made = {"engine": provenance["engine"], "made": path.stat().st_mtime}
+            for run in runs:
+                state, name = "failed" if run["status"] == "failed" else "done", run["simulation_id"]
+                found[name] = {"state": state, "note": run["reason"], "wall_time_s": seconds[name], **made}
+                found[name]["expected_s"] = expected_s(*provenance["simulations"][name].values())
+        except FileNotFoundError:  # its timing: it is just being written
+            pass
+        except UNREADABLE as error:
+            found[folder.name] = {"state": "failed", "note": f"{folder}: unreadable result ({type(error).__name__})"}
+    return found
+
+
+def logged_in(logs: Path, now: float) -> dict[str, dict]:
+    """simulation_id -> state and what there is to say of it, of the last simulation in every log and of those that crashed before.
+
+    A log without any is of a job that has not come to its first simulation; its batch stands for it.
+    """
+    found = {}
+    for log in (path for experiment in NAMES for path in (logs / experiment).glob("*.log")):
+        before, *sections = HEADING.split(log.read_text(errors="replace"))
+        parts = list(zip(sections[::2], sections[1::2], strict=True)) or [(log.stem, before)]
+        for name, text in parts:
+            state = in_log(log, text.splitlines(), now)
+            if name == parts[-1][0] or state["state"] == "failed":
+                found[name] = state
+    return found
+
+
+def mark_outdated(rows: dict[str, dict]) -> None:
+    """Give the results of another engine than the newest result's their state: they are of a campaign before this one."""
+    made = [row for row in rows.values() if "engine" in row]
+    newest = max(made, key=lambda row: row["made"], default=None)
+    for row in made:
+        if row["engine"] != newest["engine"]:
+            row["state"] = "outdated"
+
+
+def in_log(log: Path, lines: list[str], now: float) -> dict:
+    """State of something without result, from its lines in a log: with a traceback it crashed, a silent one was stopped."""
+    last = lines[-1] if lines else ""
+    if any(line.startswith(("Traceback", "error: ")) for line in lines):
+        return {"state": "failed", "note": f"{log}: {last}"}
+    return {"state": "running" if now - log.stat().st_mtime < SILENT_S else "stopped", "note": last}
+
+
+def mean_times(rows: dict[str, dict]) -> dict[tuple, float]:
+    """Mean wall time in s of the finished simulations, by experiment and fidelity, and by experiment alone."""
+    times = {}
+    for row in rows.values():
+        if row["state"] in ("done", "outdated"):
+            for kind in ((row["experiment"], row["fidelity"]), (row["experiment"],)):
+                times.setdefault(kind, []).append(row["wall_time_s"])
+    return {kind: sum(values) / len(values) for kind, values in times.items()}
+
+
+def work_left(rows: dict[str, dict]) -> tuple[float, int]:
+    """Seconds that the unfinished simulations will take one after another, and how many are like none that has finished.
+
+    A running one counts half: on average that much is left of it. The second or two that each job takes to start do not count.
+    """
+    means, seconds, unknown = mean_times(rows), 0.0, 0
+    for row in rows.values():
+        if row["state"] in ("waiting", "outdated", "stopped", "running"):
+            mean = means.get((row["experiment"], row["fidelity"]), means.get((row["experiment"],)))
+            unknown += mean is None
+            seconds += (mean or 0.0) * (0.5 if row["state"] == "running" else 1.0)
+    return seconds, unknown
+
+
+def model_errors(rows: dict[str, dict]) -> list[str]:
+    """How far the cost model, by which batches are made and time is asked for, is from what finished simulations took."""
+    ratios = {}
+    for row in rows.values():
+        if row["state"] == "done" and row["wall_time_s"]:
+            ratios.setdefault(row["experiment"], []).append(row["expected_s"] / row["wall_time_s"])
+    parts = []
+    for experiment, values in ratios.items():
+        low, median, high = (sorted(values)[round(share * (len(values) - 1))] for share in (0.1, 0.5, 0.9))
+        parts.append(f"{NAMES[experiment]} {median:.2f} ({low:.2f} to {high:.2f})")
+    return [f"Expected over measured time, median (8 of 10 lie within): {'; '.join(parts)}."] if parts else []
+
+
+def crashed_rules(logs: Path) -> list[str]:
+    """The last line of the logs of all other rules that ended with a traceback."""
+    lines = []
+    for log in sorted(
+        [*logs.glob("*.log"), *logs.glob("rounds/*/*.log"), *logs.glob("verification/*.log"), *logs.glob("export/*.log")]
+    ):
+        found = in_log(log, log.read_text(errors="replace").splitlines(), 0.0)
+        if found["state"] == "failed":
+            lines.append(found["note"])
+    return lines
+
+
+def duration(seconds: float) -> str:
+    """A time in the unit that suits it."""
+    for unit, length in (("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2.0 * length:
+            return f"{seconds / length:.1f} {unit}"
+    return f"{seconds:.0f} s"
+
+
+def report(study: str, root: Path, now: float) -> str:
+    """The whole answer as text; exits with one line when there is no such study or a design cannot be read."""
+    results, logs = root / "results" / study, root / "logs" / study
+    if not results.is_dir() and not logs.is_dir():
+        known = sorted(path.parent.name for path in root.glob("results/*/design.parquet"))
+        raise SystemExit(f"study: there is no results/{study}; started studies: {', '.join(known) or 'none'}.")
+    rows = planned(results)
+    made, logged = results_in(results), logged_in(logs, now)
+    for name, row in rows.items():
+        row |= made.get(name) or logged.get(name) or {"state": "waiting", "note": ""}
+    mark_outdated(rows)
+    batches = [state["note"] for name, state in logged.items() if stage_of(name) is not None and state["state"] == "failed"]
+    crashed = [f"failed: {line}" for line in (*crashed_rules(logs), *batches)]
+    if not rows:
+        return "\n".join([f"{study}: no simulation is planned yet.", *crashed])
+    named = [line for state in ("running", "stopped", "failed") for line in one_by_one(rows, state)]
+    blocks = [[bar(study, rows)], table(rows), [*named, *crashed], outlook(rows, results), model_errors(rows)]
+    return "\n\n".join("\n".join(block) for block in blocks if block)
+
+
+def bar(study: str, rows: dict[str, dict]) -> str:
+    """How many simulations need not run any more: done, or failed for good with their reason recorded."""
+    n_over = sum("wall_time_s" in row and row["state"] != "outdated" for row in rows.values())
+    filled, share = BAR * n_over // len(rows), 100 * n_over // len(rows)
+    return f"{study} [{'#' * filled}{'.' * (BAR - filled)}] {n_over} of {len(rows)} planned simulations ({share} %)"
+
+
+def table(rows: dict[str, dict]) -> list[str]:
+    """A line for each step and experiment: how many simulations are in which state, and how long a finished one took."""
+    lines = [f"{'step':<26}" + "".join(f"{state:>9}" for state in STATES) + f"{'mean time':>12}"]
+    for step, experiment in dict.fromkeys((row["step"], row["experiment"]) for row in rows.values()):
+        here = [row for row in rows.values() if (row["step"], row["experiment"]) == (step, experiment)]
+        count, times = Counter(row["state"] for row in here), [row["wall_time_s"] for row in here if row["state"] == "done"]
+        mean = duration(sum(times) / len(times)) if times else "-"
+        lines.append(f"{step + ', ' + NAMES[experiment]:<26}" + "".join(f"{count[state]:>9}" for state in STATES) + f"{mean:>12}")
+    return lines
+
+
+def one_by_one(rows: dict[str, dict], state: str) -> list[str]:
+    """The first few simulations in a state, with what their log or their result says."""
+    found = [
+        f"{state}: {row['experiment']} {name}: {row['note'] or 'started'}" for name, row in rows.items() if row["state"] == state
+    ]
+    return [*found[:SHOWN], f"... and {len(found) - SHOWN} more {state}"] if len(found) > SHOWN else found
+
+
+def outlook(rows: dict[str, dict], results: Path) -> list[str]:
+    """What is left, as far as that can be known."""
+    seconds, unknown = work_left(rows)
+    n_running = sum(row["state"] == "running" for row in rows.values())
+    n_crashed = sum(row["state"] == "failed" and "wall_time_s" not in row for row in rows.values())
+    if n_crashed:
+        return [f"{n_crashed} simulations crashed and have no result: the campaign cannot end before they are run again."]
+    if (results / "report.html").is_file() and not seconds and not unknown:
+        return [f"Finished: {results / 'report.html'}"]
+    lines = []
+    if seconds:
+        at_once = f", {duration(seconds / n_running)} at {n_running} at once as now" if n_running else ""
+        lines.append(
+            f"Left of the planned simulations: about {duration(seconds)} one after another{at_once}, by the finished ones' times."
+        )
+    if unknown:
+        lines.append(f"{unknown} simulations are of a kind of which none has finished: no time can be said for them.")
+    if not lines:
+        lines.append("All planned simulations are done; the report is not written yet.")
+    return [*lines, "Later steps plan simulations when the earlier ones are done."]
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Print how far a study is."""
+    parser = argparse.ArgumentParser(description="How far a study is, from its files alone.")
+    parser.add_argument("--study", default="default", help="folder below results/ (default: default)")
+    print(report(parser.parse_args(arguments).study, ROOT, time.time()))
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # a reader that has seen enough, as `head`, is no fault
+    main()

@@ -1,0 +1,20 @@
+"""What the engine must reproduce: published and closed-form results, each a case that runs through the public API of `dem`.
+
+GROUPS maps the name of a group to the function that runs it and returns its checks.
+"""
+
+from virtual_soil.verification import conservation, energy, friction, invariance, normal_impact, oblique_impact, rest
+from virtual_soil.verification.check import Check, table_of
+
+#: Groups of checks that run in seconds, in the order of the page.
+GROUPS = {
+    "normal_impact": normal_impact.checks,
+    "oblique_impact": oblique_impact.checks,
+    "friction": friction.checks,
+    "conservation": conservation.checks,
+    "invariance": invariance.checks,
+    "rest": rest.checks,
+    "energy": energy.checks,
+}
+
+__all__ = ["GROUPS", "Check", "table_of"]
