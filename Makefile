@@ -64,10 +64,10 @@ twin: setup  ## a hidden soil simulated, forgotten and calibrated at full size: 
 first-answer: setup  ## a soil calibrated on docs/reference in seconds, without simulations: SOIL=<name or file>
 	$(BIN)/snakemake -c$(CORES) first_answer --quiet host progress reason $(if $(SOIL),--config soil=$(SOIL))
 
-verify-results: setup  ## which files of a finished study are no longer as they were written: STUDY=<name>
-	$(BIN)/snakemake -c1 verify_results --quiet host progress reason $(if $(STUDY),--config study=$(STUDY))
+check-results: setup  ## which files of a finished study are no longer as they were written: STUDY=<name>
+	$(BIN)/snakemake -c1 check_manifest --quiet host progress reason $(if $(STUDY),--config study=$(STUDY))
 
-verify: setup  ## the engine beside published and closed-form results: docs/verification.md
+check-engine: setup  ## the engine beside published and closed-form results: docs/verification.md
 	$(BIN)/snakemake -c$(CORES) verification
 
 paper-optima: setup  ## every minimum of the published surrogates beside those that the paper prints
@@ -85,7 +85,7 @@ bench-scale: setup  ## cost per grain from 3000 to 300 000 grains; one large sim
 bench-planning: setup  ## what planning 50 to 5000 simulations takes, and what a job costs beside its simulation
 	$(BIN)/python benchmarks/planning.py --run 300
 
-verify-peers: setup  ## heap, shear test and rolling contact beside LIGGGHTS (apt-get install liggghts)
+check-peers: setup  ## heap, shear test and rolling contact beside LIGGGHTS (apt-get install liggghts)
 	$(BIN)/python -m virtual_soil.verification.peers --cores $(CORES)
 
 notebook: setup  ## the example notebook executed again, with what it shows
@@ -99,8 +99,16 @@ lock: setup  ## resolve the newest versions of all dependencies into requirement
 	$(BIN)/pip-compile --quiet --upgrade --extra dev --extra cluster --allow-unsafe --no-header --no-annotate --no-emit-index-url --no-emit-find-links \
 		--no-emit-trusted-host --output-file requirements.lock pyproject.toml
 
+# former names
+verify: check-engine
+
+verify-peers: check-peers
+
+settings: setup  ## write what follows from the settings' classes: config/schema.yaml, config/config.yaml, docs/configuration.md
+	$(BIN)/python -m virtual_soil.campaign.generate
+
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## */\1\t/' | expand -t 12
 
-.PHONY: campaign status new-study setup test test-slurm lint format smoke paper reference twin first-answer verify-results verify \
-	verify-peers paper-optima bench bench-quick bench-scale bench-planning notebook docs lock help
+.PHONY: campaign status new-study setup test test-slurm lint format smoke paper reference twin first-answer check-results \
+	check-engine check-peers verify verify-peers settings paper-optima bench bench-quick bench-scale bench-planning notebook docs lock help

@@ -11,8 +11,7 @@ include: "workflow/rules/scheduling.smk"
 include: "workflow/rules/common.smk"
 include: "workflow/rules/measure.smk"
 include: "workflow/rules/design.smk"
-include: "workflow/rules/repose.smk"
-include: "workflow/rules/shear.smk"
+include: "workflow/rules/experiments.smk"
 include: "workflow/rules/screening.smk"
 include: "workflow/rules/surrogates.smk"
 include: "workflow/rules/optimise.smk"
@@ -34,9 +33,9 @@ rule all:
         f"{RESULTS}/calibration.parquet",
         expand(f"{RESULTS}/export/{{case}}/material.json", case=CASES),
         f"{RESULTS}/manifest.sha256",
-        # what only stands between two files that are there, Snakemake does not miss; these a damaged simulation takes with it
+        # Snakemake does not rebuild a missing intermediate file. Requesting these tables makes it rebuild them.
         expand(
-            f"{RESULTS}{{stage}}/{{table}}.parquet",
+            f"{RESULTS}{{stage}}/{{experiment}}.parquet",
             stage=["", *LATER_STAGES],
-            table=["repose", "shear"],
+            experiment=TESTS,
         ),

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from virtual_soil.calibration.design import point_at, point_id
 
 from virtual_soil.calibration import (
     Space,
@@ -15,7 +16,6 @@ from virtual_soil.calibration import (
     twin_soil,
     twin_table,
 )
-from virtual_soil.calibration.design import point_at, point_id
 from virtual_soil.calibration.gaussian_process import fit_process
 from virtual_soil.calibration.uncertainty import Likelihood
 from virtual_soil.calibration.verify import verdict

@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -10,12 +9,12 @@ import pytest
 import yaml
 from snakemake.utils import update_config
 
-import measure_repose
 from virtual_soil.campaign import batches, simulate
 from virtual_soil.campaign.cost import expected_s
+from virtual_soil.campaign.measure import measured_table
 from virtual_soil.campaign.simulate import empty_grains, one_row, run_batch
 from virtual_soil.campaign.study import ROOT, design_rows, experiment_settings, simulations
-from virtual_soil.campaign.tables import TableError, folder_of, read_simulation, read_simulations, write_table
+from virtual_soil.campaign.tables import TableError, folder_of, read_simulation, read_simulations, read_table, write_table
 
 
 def names(n, first=0):
@@ -123,7 +122,9 @@ def heap(name, status="static"):
         "n_steps": 1, "simulated_time_s": np.nan if status == "failed" else 1.0, "max_overlap_ratio": 0.1,
         "energy_dissipated_j": np.nan, "energy_residual_ratio": np.nan, "n_lost": 0,
     }  # fmt: skip
-    return {"filled": ("grains", grains), "grains": ("grains", grains), "run": ("repose_run", one_row(run))}
+    nothing = simulate.empty_columns(())
+    tables = {"before": ("grains", grains), "after": ("grains", grains), "history": ("repose_history", nothing)}
+    return {**tables, "run": ("repose_run", one_row(run))}
 
 
 class Stand:
@@ -150,7 +151,7 @@ def run(study, batch, ids, stand, engine="engine"):
     """Run a batch as the rule does; Snakemake deletes the outputs before."""
     folder = study / "sims" / "repose" / batch
     folder.mkdir(parents=True, exist_ok=True)
-    output = {name: str(folder / f"{name}.parquet") for name in ("filled", "grains", "run")}
+    output = {name: str(folder / f"{name}.parquet") for name in ("before", "after", "history", "run")}
     output["timing"] = str(folder / "timing.json")
     for path in folder.iterdir():
         path.unlink()
@@ -167,12 +168,12 @@ def test_a_batch_holds_its_simulations_one_after_another(tmp_path):
     folder = run(tmp_path, "campaign", ids, Stand(failed=ids[1:2]))
     assert pd.read_parquet(folder / "run.parquet")["simulation_id"].tolist() == ids
     assert json.loads((folder / "timing.json").read_text()) == {"wall_time_s": dict.fromkeys(ids, 1.5)}
-    found = dict(read_simulations(str(folder / "grains.parquet"), "grains"))
+    found = dict(read_simulations(str(folder / "after.parquet"), "grains"))
     assert list(found) == [ids[0], ids[2], ids[3]]
     for name, frame in found.items():
-        assert np.array_equal(frame["x_m"], heap(name)["grains"][1]["x_m"])
-        pd.testing.assert_frame_equal(read_simulation(str(folder / "grains.parquet"), "grains", name), frame)
-    assert len(read_simulation(str(folder / "grains.parquet"), "grains", ids[1])) == 0
+        assert np.array_equal(frame["x_m"], heap(name)["after"][1]["x_m"])
+        pd.testing.assert_frame_equal(read_simulation(str(folder / "after.parquet"), "grains", name), frame)
+    assert len(read_simulation(str(folder / "after.parquet"), "grains", ids[1])) == 0
     assert not list((tmp_path / "checkpoints").iterdir())
 
 
@@ -216,7 +217,7 @@ def test_a_result_of_another_engine_or_of_half_its_files_is_not_taken_over(tmp_p
     ids = sorted(names(4))
     for name, engine in zip(ids, ("old", "engine", "engine", "engine"), strict=True):
         run(tmp_path, name, [name], Stand(), engine)
-    (tmp_path / "sims" / "repose" / ids[1] / "grains.parquet").write_bytes(b"half")
+    (tmp_path / "sims" / "repose" / ids[1] / "after.parquet").write_bytes(b"half")
     (tmp_path / "sims" / "repose" / ids[2] / "timing.json").write_text("{")
     stand = Stand()
     run(tmp_path, "campaign", ids, stand)
@@ -247,10 +248,9 @@ def test_measured_tables_are_the_same_bytes_whatever_the_batches(tmp_path):
         shares = batches.batches(dict.fromkeys(ids, 1.0), target_s, "")
         study = tmp_path / str(len(shares))
         folders = [run(study, batch, share, stand) for batch, share in shares.items()]
-        files = {"runs": "run.parquet", "grains": "grains.parquet", "timings": "timing.json"}
-        files = {name: [str(folder / file) for folder in folders] for name, file in files.items()}
-        files = SimpleNamespace(design=str(tmp_path / "design.parquet"), **files)
-        measure_repose.main(files, "profile", {}, str(study / "repose.parquet"))
+        files = ([str(folder / file) for folder in folders] for file in ("run.parquet", "after.parquet", "timing.json"))
+        table = measured_table("repose", read_table(str(tmp_path / "design.parquet"), "design"), *files, config["repose"])
+        write_table(table, str(study / "repose.parquet"), "repose", {})
         measured.append((study / "repose.parquet").read_bytes())
     assert sorted(path.name for path in tmp_path.glob("[0-9]*")) == ["1", "3", "4"]
     assert len(set(measured)) == 1

@@ -14,7 +14,11 @@ import pytest
 import yaml
 from campaign import ENVIRONMENT, ROOT, copy_project, snakemake
 
-from virtual_soil.calibration.surrogate import RESPONSES
+from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.campaign.sections import TERMS
+
+#: A file of the engine that every simulation runs.
+MOTION = "src/dem/motion.py"
 
 
 def planned(project: Path) -> dict[str, int]:
@@ -24,8 +28,22 @@ def planned(project: Path) -> dict[str, int]:
     assert result.returncode == 0, text
     if "Nothing to be done" in text:
         return {}
+    return counted(text)
+
+
+def counted(text: str) -> dict[str, int]:
+    """Rule -> number of jobs in what a dry run prints; simulate_<experiment> and the like for rules with such a wildcard."""
     table = text.split("Job stats:")[1].split("total")[0]
-    return {name: int(count) for name, count in re.findall(r"^(\w+)\s+(\d+)$", table, flags=re.MULTILINE)}
+    jobs = {name: int(count) for name, count in re.findall(r"^(\w+)\s+(\d+)$", table, flags=re.MULTILINE)}
+    for rule, wildcard, form in (
+        ("simulate", "experiment", "simulate_{}"),
+        ("measure", "experiment", "measure_{}"),
+        ("reduce", "reduced", "{}"),
+    ):
+        if jobs.pop(rule, 0):
+            found = re.findall(rf"^rule {rule}:\n(?:    .*\n)*?    wildcards: .*?\b{wildcard}=(\w+)", text, flags=re.MULTILINE)
+            jobs |= {form.format(name): found.count(name) for name in found}
+    return jobs
 
 
 @pytest.fixture
@@ -82,10 +100,10 @@ def test_a_finished_campaign_has_every_table_and_nothing_left_to_do(finished):
 
 
 def test_a_file_that_was_changed_by_hand_is_named(project):
-    assert "all files are as they were written" in snakemake(project, "-c1", "verify_results").stdout
+    assert "all files are as they were written" in snakemake(project, "-c1", "check_manifest").stdout
     table = project / "results" / "smoke" / "verification.parquet"
     table.write_bytes(table.read_bytes()[:-1] + b"?")
-    result = snakemake(project, "-c1", "verify_results")
+    result = snakemake(project, "-c1", "check_manifest")
     assert result.returncode != 0
     assert result.stdout.splitlines().count("results/smoke/verification.parquet: changed") == 1
     assert planned(project)  # the change would be taken over by the next run, so nothing may run before it is found
@@ -131,12 +149,12 @@ def test_a_finished_campaign_is_put_into_batches_without_simulating_again(projec
 
 
 def test_a_comment_or_docstring_in_the_engine_runs_nothing_again(project):
-    edit(project / "src/dem/motion.py", '"""Moving the grains by one step', '# a comment\n"""How grains move in one step')
+    edit(project / MOTION, '"""', '# a comment\n"""And ')
     assert planned(project) == {}
 
 
 def test_a_change_of_physics_runs_all_simulations_again(project):
-    edit(project / "src/dem/motion.py", "number(2.5 * dt)", "number(2.4 * dt)")
+    edit(project / MOTION, "number(2.5 * dt)", "number(2.4 * dt)")
     jobs = planned(project)
     design = pd.read_parquet(project / "results/smoke/design.parquet").drop_duplicates("simulation_id")
     assert jobs["simulate_repose"] == (design["experiment"] == "repose").sum()
@@ -148,6 +166,46 @@ def test_a_changed_estimator_measures_again_but_simulates_nothing(project):
     jobs = planned(project)
     assert {"measure_repose", "measure_shear"} <= set(jobs)
     assert not {"simulate_repose", "simulate_shear", "compile_kernels"} & set(jobs)
+
+
+def test_a_change_in_a_module_reruns_the_rules_that_import_it_and_a_comment_reruns_nothing(project):
+    """Of the campaign and the report; a change in the report simulates nothing."""
+    for module, rules in (
+        ("report/text.py", {"report", "manifest", "all"}),
+        ("campaign/manifest.py", {"manifest", "all"}),
+        ("campaign/experiments/shear/measure.py", {"measure_shear", "strength"}),
+    ):
+        path = project / "src/virtual_soil" / module
+        text = path.read_text()
+        path.write_text(text + "\n# a comment\n")
+        assert planned(project) == {}, module
+        path.write_text(text + "\n\nUNUSED = 1\n")
+        jobs = planned(project)
+        path.write_text(text)
+        assert rules <= set(jobs), module
+        assert not any(name.startswith("simulate") for name in jobs), module
+        if "all" in rules:
+            assert set(jobs) == rules, module
+        else:
+            assert "measure_repose" not in jobs, module
+
+
+def test_a_change_in_one_tests_simulation_leaves_the_others_alone(project):
+    path = project / "src/virtual_soil/campaign/experiments/shear/simulate.py"
+    path.write_text(path.read_text() + "\n\nUNUSED = 1\n")
+    jobs = planned(project)
+    assert jobs["simulate_shear"] > 0
+    assert "simulate_repose" not in jobs
+
+
+def test_new_file_times_rerun_nothing(project, tmp_path):
+    """A finished study whose files were all touched, or copied without their times, has nothing to do."""
+    for path in [*project.rglob("*.py"), *project.rglob("*.smk"), *project.rglob("*.yaml"), project / "Snakefile"]:
+        path.touch()
+    assert planned(project) == {}
+    copied = tmp_path / "copied"
+    shutil.copytree(project, copied, copy_function=shutil.copyfile)
+    assert planned(copied) == {}
 
 
 # What follows a calibration; the simulations of a round are planned when its points are known.
@@ -269,8 +327,7 @@ def test_a_hundred_thousand_simulations_are_planned_within_a_minute_and_a_gigaby
     result = snakemake(project, "-n", "all", "--config", "batch_minutes=20")
     seconds, megabytes = children()
     assert result.returncode == 0, result.stdout[-3000:] + result.stderr[-3000:]
-    table = result.stdout.split("Job stats:")[1].split("total")[0]
-    jobs = {name: int(count) for name, count in re.findall(r"^(\w+)\s+(\d+)$", table, flags=re.MULTILINE)}
+    jobs = counted(result.stdout)
     assert 10 < jobs["simulate_repose"] + jobs["simulate_shear"] < 500
     # the processor's time, as others may be at work on the machine
     assert seconds - before < 60.0
@@ -290,12 +347,22 @@ def test_a_hundred_thousand_simulations_are_planned_within_a_minute_and_a_gigaby
         ),
         ("design.variables", ["radius_m"], "design.variables is ['radius_m']; allowed"),
         ("study", "../elsewhere", "study: '../elsewhere' does not match"),
-        ("optimise.cases", [{"case": "a", "soil": "mars", "weights": [1, 1, 1, 1]}], "soil of a is mars; allowed: one of"),
         (
             "optimise.cases",
-            [{"case": "a", "soil": "medium", "weights": [1, 0, 1, 1]}],
-            "optimise.cases.0.weights.1: 0 is less than",
+            [{"case": "a", "soil": "mars", "weights": dict.fromkeys(TERMS, 1)}],
+            "soil of a is mars; allowed: one of",
         ),
+        (
+            "optimise.cases",
+            [{"case": "a", "soil": "medium", "weights": {**dict.fromkeys(TERMS, 1), "cohesion": 0}}],
+            "optimise.cases.0.weights.cohesion: 0 is less than",
+        ),
+        (
+            "optimise.cases",
+            [{"case": "a", "soil": "medium", "weights": [1, 2, 3, 4]}],
+            "weights of a are a list; allowed: a weight by name, {angle_of_repose: 1, cohesion: 2, friction_angle: 3, large_grains: 4}",
+        ),
+        ("study", "verification", "study: verification is the folder of other results"),
         ("surrogate", {name: {"model": "quadratic"} for name in RESPONSES}, "refine.rounds is 1; allowed: 0 when"),
         ("screening.base_seeds", [1], "screening.base_seeds: [1] is too short"),
     ],

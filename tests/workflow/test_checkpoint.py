@@ -12,8 +12,6 @@ import numpy as np
 import pytest
 
 import dem
-import simulate_repose
-import simulate_shear
 from virtual_soil.campaign.resume import Checkpoint
 from virtual_soil.campaign.simulate import run_batch
 
@@ -30,24 +28,21 @@ HEAP = {
 }  # fmt: skip
 BOX = {
     "length_ratio": 16.0, "height_ratio": 10.0, "width_ratio": 6.0, "displacement_ratio": 1.0, "frame_static_friction": 0.0,
-    "preparation_friction_ratio": 0.3, "inertial_number": 0.005, "scale_radius_m": 1e-3,
+    "preparation_friction_ratio": 0.3, "inertial_number": 0.005, "scale_radius_m": 1e-3, "normal_stress_pa": 500.0,
 }  # fmt: skip
 SETTINGS = {
     "repose": {
         "setup": HEAP,
-        "engine": ENGINE | {"time_step_rayleigh_ratio": 0.2},
-        "softening": {"repose_stiffness_reduction": 1.0},
+        "engine": ENGINE | {"time_step_rayleigh_ratio": 0.2, "stiffness_reduction": 1.0},
     },
     "shear": {
         "setup": BOX,
-        "engine": ENGINE | {"time_step_rayleigh_ratio": 0.3},
-        "softening": {"shear_stiffness_number": 2000.0},
+        "engine": ENGINE | {"time_step_rayleigh_ratio": 0.3, "stiffness_reduction": 11.0},
     },
 }
 NAME = ROW["simulation_id"]
-SCRIPTS = {"repose": simulate_repose, "shear": simulate_shear}
-TABLES = {"repose": ("grains", "filled", "run"), "shear": ("history", "before", "after", "run")}
-EXPERIMENTS = tuple(SCRIPTS)
+TABLES = ("history", "before", "after", "run")
+EXPERIMENTS = ("repose", "shear")
 
 # Runs a rule's script as Snakemake does: as the main program, with a `snakemake` among its globals.
 JOB = """
@@ -58,15 +53,15 @@ runpy.run_path(sys.argv[1], {"snakemake": SimpleNamespace(**job)}, "__main__")
 """
 
 
-def outputs(experiment, folder):
-    return {name: str(folder / name) for name in (*TABLES[experiment], "timing")}
+def outputs(folder):
+    return {name: str(folder / name) for name in (*TABLES, "timing")}
 
 
 def simulate(experiment, folder, row=ROW, engine="engine", interval_s=300.0):
     """Run a script's main in this process."""
     folder.mkdir(exist_ok=True)
-    members, output = [(row, SETTINGS[experiment])], outputs(experiment, folder)
-    run_batch(members, engine, output, str(folder / "saved"), interval_s, SCRIPTS[experiment].simulate)
+    members, output = [(row | {"experiment": experiment}, SETTINGS[experiment])], outputs(folder)
+    run_batch(members, engine, output, str(folder / "saved"), interval_s)
 
 
 def started(experiment, folder, interval_s):
@@ -74,15 +69,15 @@ def started(experiment, folder, interval_s):
     folder.mkdir(exist_ok=True)
     job = {
         "params": {
-            "members": [(ROW, SETTINGS[experiment])],
+            "members": [(ROW | {"experiment": experiment}, SETTINGS[experiment])],
             "engine": "engine",
             "checkpoints": str(folder / "saved"),
         },
         "resources": {"checkpoint_interval_s": interval_s},
-        "output": outputs(experiment, folder),
+        "output": outputs(folder),
         "log": [str(folder / "log")],
     }
-    script = ROOT / "workflow" / "scripts" / f"simulate_{experiment}.py"
+    script = ROOT / "workflow" / "scripts" / "simulate.py"
     path = os.pathsep.join(map(str, (script.parent, ROOT / "src")))
     process = subprocess.Popen(
         [sys.executable, "-c", JOB, str(script)], stdin=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": path}
@@ -94,7 +89,7 @@ def started(experiment, folder, interval_s):
 
 def tables(experiment, folder):
     """Bytes of all tables of a simulation."""
-    return {name: (folder / name).read_bytes() for name in TABLES[experiment]}
+    return {name: (folder / name).read_bytes() for name in TABLES}
 
 
 @pytest.fixture(scope="module")

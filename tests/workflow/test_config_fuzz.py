@@ -10,11 +10,11 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
-from snakemake.exceptions import WorkflowError
 from snakemake.utils import update_config
 
 from virtual_soil.campaign.cost import memory_mb, runtime_min
 from virtual_soil.campaign.study import (
+    StudyError,
     base_simulation,
     check_config,
     check_soils,
@@ -122,7 +122,7 @@ def test_any_configuration_is_accepted_or_refused_in_words(config):
     top = set(map(str, config)) | set(map(str, SMOKE))
     try:
         config, rows = plan(copy.deepcopy(config))
-    except WorkflowError as error:
+    except StudyError as error:
         text = str(error)
         assert any(key in text for key in top), text
         assert len(text) < 4000
@@ -136,5 +136,5 @@ def test_any_configuration_is_accepted_or_refused_in_words(config):
 def test_a_configuration_that_contains_itself_is_refused():
     config = copy.deepcopy(SMOKE)
     config["twins"]["fine"] = config["twins"]
-    with pytest.raises(WorkflowError, match="twins"):
+    with pytest.raises(StudyError, match="twins"):
         check_config(config)

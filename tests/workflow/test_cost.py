@@ -10,8 +10,10 @@ from snakemake.utils import update_config
 
 from dem.experiments import angle_of_repose, direct_shear
 from virtual_soil.campaign import cost
-from virtual_soil.campaign.cost import expected_s, grains_and_steps, memory_mb, runtime_min, time_step_s
-from virtual_soil.campaign.simulate import engine_of, soil_of
+from virtual_soil.campaign.cost import expected_s, memory_mb, runtime_min
+from virtual_soil.campaign.experiments.common import engine_of, soil_of, time_step_s
+from virtual_soil.campaign.experiments.registry import BY_NAME
+from virtual_soil.campaign.experiments.shear import declared
 from virtual_soil.campaign.study import experiment_settings, plain_rows
 
 ROOT = Path(__file__).parents[2]
@@ -33,35 +35,39 @@ def recorded(experiment):
     return rows, [experiment_settings(config, row) for row in rows]
 
 
+def grains_and_steps(row, settings):
+    return BY_NAME[row["experiment"]].cost(row, settings)
+
+
 def first(experiment):
     rows, settings = recorded(experiment)
     return rows[0], settings[0]
 
 
 @pytest.mark.parametrize("sd_ratio", [0.0, 0.2])
-def test_the_step_is_the_engines_in_a_heap(sd_ratio):
+def test_grains_of_a_heap_are_the_engines(sd_ratio):
     row, settings = first("repose")
     row |= {"radius_sd_ratio": sd_ratio}
-    reduction = settings["softening"]["repose_stiffness_reduction"]
     setup = angle_of_repose.Setup(**settings["setup"])
-    built = angle_of_repose.build(soil_of(row), setup, engine_of(settings, reduction), 1)
-    assert time_step_s(row, settings["engine"]["time_step_rayleigh_ratio"], reduction) == pytest.approx(built.time_step_s)
+    built = angle_of_repose.build(soil_of(row), setup, engine_of(settings), 1)
+    assert time_step_s(soil_of(row), engine_of(settings)) == built.time_step_s
     assert grains_and_steps(row, settings)[0] == built.n_grains
 
 
 @pytest.mark.parametrize("number", [None, 5000.0])
 def test_grains_and_sheared_steps_are_the_engines_in_a_box(number, monkeypatch):
-    row, settings = first("shear")
+    row, _ = first("shear")
     row |= {"radius_sd_ratio": 0.2}
-    settings["softening"] = {"shear_stiffness_number": number}
-    soil, setup = soil_of(row), direct_shear.Setup(normal_stress_pa=row["normal_stress_pa"], **settings["setup"])
-    reduction = direct_shear.stiffness_reduction(soil, setup, number, settings["engine"]["gravity_m_s2"])
-    built = direct_shear.build(soil, setup, engine_of(settings, reduction), 1)
-    monkeypatch.setattr(cost, "CONSOLIDATION_STEPS", 0)
-    monkeypatch.setattr(cost, "CONSOLIDATION_TIMES", 0.0)
+    config = study("paper")
+    config["fidelity"]["campaign"]["shear_stiffness_number"] = number
+    settings = experiment_settings(config, row)
+    soil, setup = soil_of(row), direct_shear.Setup(**settings["setup"])
+    built = direct_shear.build(soil, setup, engine_of(settings), 1)
+    monkeypatch.setattr(declared, "CONSOLIDATION_STEPS", 0)
+    monkeypatch.setattr(declared, "CONSOLIDATION_TIMES", 0.0)
     grains, steps = grains_and_steps(row, settings)
     assert grains == built.n_grains
-    # the engine rounds every one of the 120 stretches between two samples up
+    # the engine rounds every one of the 120 intervals between two samples up
     sheared = direct_shear.N_SAMPLES * direct_shear.sample_steps(soil, setup, built)
     assert 0 <= sheared - steps <= direct_shear.N_SAMPLES
 

@@ -4,10 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import simulate_repose
-import simulate_shear
-from measure_repose import measured
-from virtual_soil.calibration import strength_table
+from virtual_soil.campaign.experiments.repose import simulate as heaps
+from virtual_soil.campaign.experiments.repose.measure import measured
+from virtual_soil.campaign.experiments.shear.mohr_coulomb import strength_table
 from virtual_soil.campaign.simulate import run_batch
 from virtual_soil.campaign.study import experiment_settings
 
@@ -35,33 +34,32 @@ def config():
         },
         "repose": {
             "n_particles": 60, "tube_diameter_ratio": 5.0, "plate_half_width_ratio": 30.0, "wall_static_friction": None,
-            "wall_rolling_friction": None, "max_time_s": 0.05,
+            "wall_rolling_friction": None, "max_time_s": 0.05, "estimator": "profile",
         },
         "shear": {
             "length_ratio": 16.0, "height_ratio": 10.0, "width_ratio": 5.0, "displacement_ratio": 0.5, "frame_static_friction": 0.0,
-            "preparation_friction_ratio": 0.3,
+            "preparation_friction_ratio": 0.3, "normal_stresses_pa": [500.0], "strength": "plateau", "normal_stress": "plane",
         },
     }  # fmt: skip
 
 
-def simulate(script, row, config, folder):
-    names = {"repose": ("grains", "filled"), "shear": ("history", "before", "after")}[row["experiment"]]
-    output = {name: str(folder / name) for name in (*names, "run", "timing")}
-    run_batch([(row, experiment_settings(config, row))], "engine", output, str(folder / "checkpoints"), 300, script.simulate)
+def simulate(row, config, folder):
+    output = {name: str(folder / name) for name in ("history", "before", "after", "run", "timing")}
+    run_batch([(row, experiment_settings(config, row))], "engine", output, str(folder / "checkpoints"), 300)
     return pd.read_parquet(output["run"]).iloc[0], output
 
 
 def test_an_impossible_heap_is_recorded_with_its_reason(config, tmp_path):
-    run, output = simulate(simulate_repose, IMPOSSIBLE | {"experiment": "repose"}, config, tmp_path)
+    run, output = simulate(IMPOSSIBLE | {"experiment": "repose"}, config, tmp_path)
     assert run["status"] == "failed"
     assert run["reason"] == "poisson_ratio is 0.6; allowed: between -1 and 0.5, both excluded."
-    assert len(pd.read_parquet(output["grains"])) == 0
-    assert measured(run.to_dict(), None)["angle_profile_deg"] is None
+    assert len(pd.read_parquet(output["after"])) == 0
+    assert measured(run.to_dict(), None, config["repose"])["angle_profile_deg"] is None
 
 
 def test_an_impossible_shear_test_is_recorded_and_left_out_of_the_strength(config, tmp_path):
     row = IMPOSSIBLE | {"experiment": "shear", "normal_stress_pa": 500.0}
-    run, _ = simulate(simulate_shear, row, config, tmp_path)
+    run, _ = simulate(row, config, tmp_path)
     assert run["status"] == "failed"
     stresses = np.array([100.0, 200.0, 400.0, 800.0])
     shear = pd.DataFrame(
@@ -75,15 +73,15 @@ def test_an_impossible_shear_test_is_recorded_and_left_out_of_the_strength(confi
 
 
 def test_a_heap_that_does_not_come_to_rest_in_time_says_so(config, tmp_path):
-    run, output = simulate(simulate_repose, ROW | {"experiment": "repose"}, config, tmp_path)
+    run, output = simulate(ROW | {"experiment": "repose"}, config, tmp_path)
     assert run["status"] == "time_limit"
-    assert len(pd.read_parquet(output["grains"])) == 60
+    assert len(pd.read_parquet(output["after"])) == 60
 
 
 def test_a_fault_of_the_program_is_not_mistaken_for_a_failed_simulation(config, tmp_path, monkeypatch):
     def broken(*_, **__):
         raise KeyError("a bug")
 
-    monkeypatch.setattr(simulate_repose.angle_of_repose, "run", broken)
+    monkeypatch.setattr(heaps.angle_of_repose, "run", broken)
     with pytest.raises(RuntimeError, match="1 of 1 simulations broke off: 0123456789"):
-        simulate(simulate_repose, ROW | {"experiment": "repose"}, config, tmp_path)
+        simulate(ROW | {"experiment": "repose"}, config, tmp_path)

@@ -117,7 +117,7 @@ def running(head: subprocess.Popen, project: Path) -> list[psutil.Process]:
     """Wait for simulations that run under a head and have saved themselves; empty when it ended before."""
     while head.poll() is None:
         with contextlib.suppress(psutil.NoSuchProcess):
-            jobs = [job for job in psutil.Process(head.pid).children() if any("simulate_" in word for word in job.cmdline())]
+            jobs = [job for job in psutil.Process(head.pid).children() if any("simulate" in word for word in job.cmdline())]
             if jobs and list((project / RESULTS / "checkpoints").glob("*.npz")):
                 return jobs
         time.sleep(0.02)
@@ -261,7 +261,7 @@ def of_another_simulation(path):
         (truncated, "repose", "run.parquet", "not a readable Parquet file"),
         (emptied, "shear", "history.parquet", "not a readable Parquet file"),
         (of_another_program, "shear", "run.parquet", "column 'simulation_id' is missing"),
-        (of_another_simulation, "repose", "grains.parquet", "made by other simulations"),
+        (of_another_simulation, "repose", "after.parquet", "made by other simulations"),
         (truncated, "shear", "timing.json", "not the wall times of its simulations"),
     ],
 )
@@ -330,6 +330,6 @@ def test_the_configuration_is_edited_while_it_runs(reference, project):
     same(project, reference)
     status, output = ended(project, "-n", *MEASURED)
     assert status == 0
-    assert "simulate_repose" in output  # the edit counts from the next run on
+    assert "rule simulate:" in output  # the edit counts from the next run on
     file.write_text(content)
     assert "Nothing to be done" in ended(project, "-n", *MEASURED)[1]

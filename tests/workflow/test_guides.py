@@ -13,7 +13,7 @@ import yaml
 from campaign import copy_project, snakemake
 from snakemake.utils import update_config
 
-from virtual_soil.calibration import measure_soil
+from virtual_soil.campaign.soils import measure_soil
 from virtual_soil.campaign.study import ROOT, check_config, design_rows, experiment_settings
 
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "config").glob("*.md"), *(ROOT / "docs").rglob("*.md")])

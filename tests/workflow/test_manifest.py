@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-import verify_results
+import check_manifest
 from virtual_soil.campaign.manifest import ManifestError, differences, hashes, write_manifest
 
 
@@ -22,7 +22,7 @@ def study(tmp_path):
 
 def test_a_study_that_nobody_touched_agrees(study, capsys):
     assert differences(study) == []
-    assert verify_results.main(study) == 0
+    assert check_manifest.main(study) == 0
     assert capsys.readouterr().out == f"{study}: all files are as they were written\n"
 
 
@@ -32,7 +32,7 @@ def test_one_byte_is_noticed_wherever_it_is(study, place, capsys):
     content = bytearray(path.read_bytes())
     content[place] ^= 1
     path.write_bytes(content)
-    assert verify_results.main(study) == 1
+    assert check_manifest.main(study) == 1
     assert capsys.readouterr().out == f"{path}: changed\n"
 
 
@@ -71,7 +71,7 @@ def test_a_study_without_a_sound_manifest_says_so(study, capsys):
     with pytest.raises(ManifestError, match="line 1 is 'nonsense'; allowed: 64 hex digits, two blanks, a path"):
         differences(study)
     (study / "manifest.sha256").unlink()
-    assert verify_results.main(study) == 1
+    assert check_manifest.main(study) == 1
     assert capsys.readouterr().out.endswith("manifest.sha256 is missing; it is written when a study is finished: snakemake all.\n")
 
 

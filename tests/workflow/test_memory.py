@@ -10,9 +10,8 @@ import pandas as pd
 import pyarrow as pa
 import pytest
 
-import measure_repose
-import measure_shear
-from virtual_soil.calibration.design import make_row
+from virtual_soil.campaign.design import make_row
+from virtual_soil.campaign.measure import measured_table
 from virtual_soil.campaign.tables import read_table, write_table
 
 MATERIAL = {
@@ -29,7 +28,7 @@ SHARED = {"reason": "", "n_particles": 5, "n_steps": 9, "simulated_time_s": 1.0,
 ENERGY = {"energy_dissipated_j": math.nan, "energy_residual_ratio": math.nan}
 #: experiment -> its tables: name of the file, schema, columns
 TABLES = {
-    "repose": ("grains", "grains", {name: np.full(N_ROWS, 1e-3) for name in ("x_m", "y_m", "z_m", "radius_m", "speed_m_s")}),
+    "repose": ("after", "grains", {name: np.full(N_ROWS, 1e-3) for name in ("x_m", "y_m", "z_m", "radius_m", "speed_m_s")}),
     "shear": ("history", "shear_history", {name: np.linspace(1.0, 2.0, N_ROWS) for name in HISTORY}),
 }
 RUNS = {
@@ -57,7 +56,7 @@ def campaign(folder, experiment, n):
         for key, path in zip(found, paths, strict=True):
             found[key].append(path)
     large = found.pop("large")
-    return SimpleNamespace(**found, grains=large, histories=large, design=folder / "design.parquet")
+    return SimpleNamespace(**found, results=large, design=folder / "design.parquet")
 
 
 def peak_bytes(experiment, folder, n):
@@ -67,10 +66,9 @@ def peak_bytes(experiment, folder, n):
     pa.set_memory_pool(pool)
     tracemalloc.start()
     try:
-        if experiment == "repose":
-            measure_repose.main(files, "profile", {}, folder / "table.parquet")
-        else:
-            measure_shear.main(files, {}, folder / "table.parquet")
+        design = read_table(files.design, "design")
+        table = measured_table(experiment, design, files.runs, files.results, files.timings, {"estimator": "profile"})
+        write_table(table, folder / "table.parquet", experiment, {})
         return pool.max_memory() + tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

@@ -8,8 +8,9 @@ import pytest
 import yaml
 from snakemake.utils import update_config
 
-from virtual_soil.calibration import CalibrationError, measure_soil
+from virtual_soil.calibration.errors import CalibrationError
 from virtual_soil.campaign import new_study
+from virtual_soil.campaign.soils import measure_soil
 from virtual_soil.campaign.study import ROOT, check_config
 
 DEFAULT = (ROOT / "config" / "config.yaml").read_text()

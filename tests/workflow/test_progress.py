@@ -6,7 +6,9 @@ from types import SimpleNamespace
 import pytest
 
 from dem.experiments import direct_shear
-from virtual_soil.campaign import simulate
+from virtual_soil.campaign import progress as module
+from virtual_soil.campaign.experiments.repose.simulate import STAGES as HEAP
+from virtual_soil.campaign.experiments.shear.simulate import STAGES as BOX
 
 
 class Clock:
@@ -22,7 +24,7 @@ class Clock:
 @pytest.fixture
 def clock(monkeypatch):
     moved = Clock()
-    monkeypatch.setattr(simulate, "time", moved)
+    monkeypatch.setattr(module, "time", moved)
     return moved
 
 
@@ -34,7 +36,7 @@ def looked_at(bottom_m=0.0, top_m=1.0):
 
 
 def test_shearing_says_exactly_how_much_is_done_and_left(clock, capsys):
-    progress = simulate.Progress()
+    progress = module.Progress(BOX)
     progress(looked_at(), "consolidate")
     for _ in range(direct_shear.N_SAMPLES):
         clock.now += 1.0
@@ -49,7 +51,7 @@ def test_shearing_says_exactly_how_much_is_done_and_left(clock, capsys):
 
 
 def test_a_saved_test_that_goes_on_promises_nothing(clock, capsys):
-    progress = simulate.Progress()
+    progress = module.Progress(BOX)
     for _ in range(2):
         clock.now += 10.0
         progress(looked_at(), "shear")
@@ -57,7 +59,7 @@ def test_a_saved_test_that_goes_on_promises_nothing(clock, capsys):
 
 
 def test_time_spent_before_the_stage_does_not_count_for_the_time_left(clock, capsys):
-    progress = simulate.Progress()
+    progress = module.Progress(BOX)
     clock.now += 1000.0
     progress(looked_at(), "consolidate")
     clock.now += 1.0
@@ -69,7 +71,7 @@ def test_time_spent_before_the_stage_does_not_count_for_the_time_left(clock, cap
 
 
 def test_the_lift_says_how_far_the_tube_is_from_clear_and_promises_no_end(clock, capsys):
-    progress = simulate.Progress()
+    progress = module.Progress(HEAP)
     for bottom, top in ((0.0, 1.0), (0.25, 1.0), (0.4, 0.8), (0.7, 0.6)):
         clock.now += 6.0
         progress(looked_at(bottom, top), "lift")
@@ -82,7 +84,7 @@ def test_the_lift_says_how_far_the_tube_is_from_clear_and_promises_no_end(clock,
 
 @pytest.mark.parametrize("stage", ["fill", "consolidate"])
 def test_a_stage_that_ends_when_nothing_moves_has_no_percent(clock, capsys, stage):
-    progress = simulate.Progress()
+    progress = module.Progress(HEAP if stage in HEAP else BOX)
     clock.now += 6.0
     progress(looked_at(), stage)
     line = capsys.readouterr().out
@@ -91,7 +93,7 @@ def test_a_stage_that_ends_when_nothing_moves_has_no_percent(clock, capsys, stag
 
 
 def test_a_quick_look_prints_nothing(clock, capsys):
-    progress = simulate.Progress()
-    clock.now += 0.9 * simulate.PROGRESS_S
+    progress = module.Progress(BOX)
+    clock.now += 0.9 * module.PROGRESS_S
     progress(looked_at(), "shear")
     assert capsys.readouterr().out == ""

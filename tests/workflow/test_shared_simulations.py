@@ -1,13 +1,16 @@
 """Points that share a simulation: their grains do the same to the last bit, and nothing else is taken for the same."""
 
 import copy
+import math
+from importlib import import_module
 
 import pytest
 import yaml
 
-from dem.experiments import angle_of_repose, direct_shear
-from virtual_soil.calibration.design import as_simulated, make_row
-from virtual_soil.campaign.simulate import engine_of, soil_of
+from virtual_soil.campaign.design import make_row
+from virtual_soil.campaign.experiments import module_of
+from virtual_soil.campaign.experiments.common import engine_of, soil_of
+from virtual_soil.campaign.experiments.registry import BY_NAME
 from virtual_soil.campaign.study import ROOT, design_rows, experiment_settings, simulations
 
 CONFIG = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
@@ -25,20 +28,21 @@ def small(**changes):
     return config
 
 
+def row_of(config, experiment, material):
+    row = make_row(experiment, "campaign", material, 500.0 if BY_NAME[experiment].LOAD else math.nan, 1)
+    return row, experiment_settings(config, row)
+
+
+def canonical(material, config, experiment):
+    return BY_NAME[experiment].canonical(material, config)
+
+
 def outcome(config, experiment, material):
-    """All that a test of a material ends with: places, velocities and spins of its grains before and after, number of steps."""
-    row = make_row(experiment, "campaign", material, 500.0, 1)
-    settings = experiment_settings(config, row)
-    if experiment == "repose":
-        engine = engine_of(settings, settings["softening"]["repose_stiffness_reduction"])
-        done = angle_of_repose.run(soil_of(row), angle_of_repose.Setup(**settings["setup"]), engine, 1)
-        states = [done.filled, done.grains]
-    else:
-        setup = direct_shear.Setup(normal_stress_pa=500.0, **settings["setup"])
-        soil, number = soil_of(row), settings["softening"]["shear_stiffness_number"]
-        reduction = direct_shear.stiffness_reduction(soil, setup, number, settings["engine"]["gravity_m_s2"])
-        done = direct_shear.run(soil, setup, engine_of(settings, reduction), 1)
-        states = [done.before, done.after]
+    """All that a test of a material ends with: positions, velocities and spins before and after, number of steps."""
+    row, settings = row_of(config, experiment, material)
+    job = import_module(module_of(experiment, "simulate"))
+    done = job.run(soil_of(row), settings["setup"], engine_of(settings), 1)
+    states = [getattr(done, moment) for moment in job.MOMENTS]
     arrays = (getattr(state, name) for state in states for name in ("positions_m", "velocities_m_s", "angular_velocities_rad_s"))
     return [array.tolist() for array in arrays], done.n_steps
 
@@ -60,9 +64,15 @@ def outcome(config, experiment, material):
 def test_grains_that_can_only_slide_do_the_same_whatever_their_rolling_friction(experiment, changes):
     config = small(**changes)
     material = {**config["material"], **SLIDING}
-    simulated = as_simulated(material, config, experiment)
+    simulated = canonical(material, config, experiment)
     assert simulated == {**material, "rolling_friction": 0.2}
     assert outcome(config, experiment, material) == outcome(config, experiment, simulated)
+
+
+@pytest.mark.parametrize("change", [{"precision": "float64"}, {"vector_code": False}], ids=str)
+def test_the_engine_settings_of_these_cases_reach_the_simulation(change):
+    plain, changed = (row_of(small(engine=changes), "repose", CONFIG["material"])[1]["engine"] for changes in ({}, change))
+    assert {key: value for key, value in changed.items() if plain[key] != value} == change
 
 
 @pytest.mark.parametrize(
@@ -79,14 +89,14 @@ def test_grains_that_can_only_slide_do_the_same_whatever_their_rolling_friction(
 def test_where_grains_can_roll_all_the_same_rolling_friction_counts(experiment, changes):
     config = small(**changes)
     material = {**config["material"], **SLIDING}
-    assert as_simulated(material, config, experiment) == material
+    assert canonical(material, config, experiment) == material
     assert outcome(config, experiment, material) != outcome(config, experiment, {**material, "rolling_friction": 0.2})
 
 
 def test_rolling_friction_below_the_static_one_counts():
     config = small()
     material = {**config["material"], "static_friction": 0.31, "rolling_friction": 0.3}
-    assert as_simulated(material, config, "repose") == material
+    assert canonical(material, config, "repose") == material
     assert outcome(config, "repose", material) != outcome(config, "repose", {**material, "rolling_friction": 0.62})
 
 
@@ -95,7 +105,7 @@ def test_rolling_friction_below_the_static_one_counts():
 def test_equal_frictions_are_simulated_as_they_are(experiment, static_friction):
     """Rounding decides there whether a grain begins to spin: not a bit is promised."""
     material = {**CONFIG["material"], "static_friction": static_friction, "rolling_friction": static_friction}
-    assert as_simulated(material, small(), experiment) == material
+    assert canonical(material, small(), experiment) == material
 
 
 def test_points_that_share_a_simulation_keep_their_rows():

@@ -2,18 +2,18 @@
 
 import pytest
 import yaml
-from snakemake.exceptions import WorkflowError
 
-from virtual_soil.campaign.study import ROOT, design_rows, repose_softening
+from virtual_soil.campaign.experiments.repose.declared import softening
+from virtual_soil.campaign.study import ROOT, StudyError, design_rows
 
 
 @pytest.mark.parametrize(("reduction", "grown", "expected"), [(100.0, 1.0, 100.0), (100.0, 10.0, 10.0), (5.0, 10.0, 1.0)])
 def test_heaps_of_larger_grains_are_softened_in_proportion_less(reduction, grown, expected):
-    assert repose_softening(reduction, grown) == expected
+    assert softening(reduction, grown) == expected
 
 
 def test_the_papers_own_stiffness_is_kept_for_every_radius():
-    assert {repose_softening(1.0, grown) for grown in (0.5, 1.0, 2.0, 10.0)} == {1.0}
+    assert {softening(1.0, grown) for grown in (0.5, 1.0, 2.0, 10.0)} == {1.0}
 
 
 @pytest.mark.parametrize("gone", ["static_friction", "rolling_friction", "radius_m"])
@@ -30,5 +30,5 @@ def test_tables_and_figures_need_frictions_and_radius(gone):
     design_rows(config)
     del part[gone]
     design["variables"].remove(gone)
-    with pytest.raises(WorkflowError, match="design.variables is .*; allowed: any keys of material beside static_friction"):
+    with pytest.raises(StudyError, match="design.variables is .*; allowed: any keys of material beside static_friction"):
         design_rows(config)

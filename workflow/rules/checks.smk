@@ -3,14 +3,13 @@
 
 rule check_acceleration:
     input:
-        repose=f"{RESULTS}/repose.parquet",
-        shear=f"{RESULTS}/shear.parquet",
+        tables=[f"{RESULTS}/{name}.parquet" for name in TESTS],
     output:
         table=f"{RESULTS}/acceleration.parquet",
     log:
         f"{LOGS}/check_acceleration.log",
     params:
-        inference=INFERENCE,
+        code=CODE.of_script("check_acceleration"),
     message:
         "Compare the accelerated simulations with the paper's fidelity, beside the seeds' scatter."
     script:

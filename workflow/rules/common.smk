@@ -1,21 +1,21 @@
 # What the files of rules share: the checked configuration, the design, batches of simulations, fingerprints of the code.
 import functools
-import sys
-from types import SimpleNamespace
 
 from snakemake.exceptions import WorkflowError
 
-sys.path.insert(0, str(Path(workflow.basedir) / "workflow" / "scripts"))
-
 from virtual_soil.campaign.batches import NAME, batches, digest, later_stages, stage_of
+from virtual_soil.campaign.code import Code
 from virtual_soil.campaign.cost import expected_s, memory_mb, runtime_min
+from virtual_soil.campaign.experiments import module_of
+from virtual_soil.campaign.experiments.registry import BY_NAME, EXPERIMENTS, REDUCED, RESPONSES
+from virtual_soil.campaign.provenance import versions
 from virtual_soil.campaign.study import (
     base_simulation,
     check_config,
+    check_files,
     check_soils,
     design_rows,
     experiment_settings,
-    fingerprint,
     first_answer_soils,
     planned_stages,
     proposed_rows,
@@ -23,37 +23,58 @@ from virtual_soil.campaign.study import (
     simulations,
     soil_files,
 )
-from virtual_soil.campaign.provenance import versions
+from virtual_soil.errors import InputError
 from virtual_soil.exports import PROGRAMS
 
-check_config(config)
-# what --config soil=... asks for is no part of the study, so that it makes nothing run again
-FIRST_ANSWERS = first_answer_soils(config.pop("soil", None), config)
-# nor is how often a simulation is saved
+
+def in_words(function, *arguments):
+    """The function's result; an error that its message explains is shown without a traceback."""
+    try:
+        return function(*arguments)
+    except InputError as error:
+        raise WorkflowError(str(error)) from None
+
+
+in_words(check_files, workflow.overwrite_configfiles or ["config/config.yaml"])
+in_words(check_config, config)
+# Remove `soil` from the configuration: it must not trigger reruns.
+FIRST_ANSWERS = in_words(first_answer_soils, config.pop("soil", None), config)
+# nor does how often a simulation is saved
 CHECKPOINT_INTERVAL_S = str(
     config.pop("checkpoint_interval_s")
 )  # resources are integers or text
-# nor is how simulations are shared out among jobs
+# nor how simulations are shared out among jobs
 BATCH_MINUTES = config.pop("batch_minutes")
-check_soils(config)
+in_words(check_soils, config)
 
 RESULTS = f"results/{config['study']}"
 LOGS = f"logs/{config['study']}"
 
 # The campaign is known beforehand. Later stages simulate where the optima lie: rounds of refinement, then the verification.
-DESIGN = design_rows(config)
-SIMULATIONS = simulations(config, DESIGN)
+DESIGN = in_words(design_rows, config)
+SIMULATIONS = in_words(simulations, config, DESIGN)
 ROUNDS = config["refine"]["rounds"]
 LAST = f"{RESULTS}/rounds/{ROUNDS}"
 # where the tables of what was simulated after the campaign lie, below the results
 LATER_STAGES = later_stages(ROUNDS)
 
-# Snakemake watches a rule's script, not the packages it imports; these close the gap. Comments and layout do not count.
-ENGINE = fingerprint("src/dem", without="src/dem/measure")
-ESTIMATORS = fingerprint("src/dem/measure")
-INFERENCE = fingerprint("src/virtual_soil/calibration")
+# The engine's fingerprint is part of the identity of a simulation. Every rule carries `code`, the fingerprint of all that its script
+# imports: Snakemake watches the script alone, and by its time (profiles/default switches that off).
+CODE = Code(Path(workflow.basedir))
+ENGINE = CODE.of_package("src/dem", without="src/dem/measure")
 
-# Python's fingerprints do not see the templates; they and the card's schema are input files.
+# The names of the experiments, and the tables that they reduce their runs to.
+TESTS = [experiment.NAME for experiment in reversed(EXPERIMENTS)]
+# The modules that read laboratory files.
+LABORATORY = [
+    module_of(experiment.NAME, "laboratory")
+    for experiment in EXPERIMENTS
+    if experiment.LABORATORY
+]
+# Every table of the campaign that holds responses.
+MEASURED = list(dict.fromkeys([*TESTS, *REDUCED]))
+
+# Fingerprints of code do not see the templates; they and the card's schema are input files.
 CASES = [case["case"] for case in config["optimise"]["cases"]]
 EXPORT_FILES = [name for name, _ in PROGRAMS.values()]
 EXPORT_TEMPLATES = [
@@ -68,6 +89,8 @@ wildcard_constraints:
     round=r"\d+",
     soil=r"[\w-]+",
     case=r"[\w-]+",
+    experiment="|".join(TESTS),
+    reduced="|".join(REDUCED),
     # where a stage's tables lie below results/<study>; the campaign's lie right there
     stage=r"|/rounds/\d+|/verification",
 
@@ -88,11 +111,11 @@ localrules:
     reachability,
     refinement_design,
     screening,
-    strength,
+    reduce,
     twins,
     verification_design,
     verify,
-    verify_results,
+    check_manifest,
 
 
 def stage_rows(stage):
@@ -106,7 +129,7 @@ def stage_rows(stage):
 @functools.cache
 def proposed_simulations(path, changed_ns):
     """What a later stage simulates by its design as it was at a time; the same dict until that changes."""
-    return simulations(config, proposed_rows(path))
+    return in_words(simulations, config, in_words(proposed_rows, path))
 
 
 def settings_of(row):
@@ -156,53 +179,64 @@ def file_of(simulation, experiment, file):
     )
 
 
-def members(experiment):
+def members(wildcards, input):
     """Parameter function: what a batch simulates. It asks for the input so that Snakemake records only its digest."""
-    return lambda wildcards, input: members_of(wildcards.batch, experiment)
+    return members_of(wildcards.batch, wildcards.experiment)
 
 
-def members_digest(experiment):
+def members_digest(wildcards):
     """Parameter function: a change in any simulation of a batch changes this, and so reruns just that batch."""
-    return lambda wildcards: digest(members_of(wildcards.batch, experiment))
+    return digest(members_of(wildcards.batch, wildcards.experiment))
 
 
-def batch_runtime(experiment):
+def batch_runtime(wildcards, attempt):
     """Resource function: minutes to ask a scheduler for; more at every attempt."""
-    return lambda wildcards, attempt: runtime_min(
-        members_of(wildcards.batch, experiment), attempt
-    )
+    return runtime_min(members_of(wildcards.batch, wildcards.experiment), attempt)
 
 
-def batch_memory(experiment):
+def batch_memory(wildcards, attempt):
     """Resource function: memory in MB to ask a scheduler for; more at every attempt."""
-    return lambda wildcards, attempt: memory_mb(
-        members_of(wildcards.batch, experiment), attempt
+    return memory_mb(members_of(wildcards.batch, wildcards.experiment), attempt)
+
+
+def code_with(script, part):
+    """Parameter function: code of a script, and of a module of the experiment that it works on."""
+    return lambda wildcards: CODE.of_script(script, module_of(wildcards.experiment, part))
+
+
+def stored_in_stage(stage, experiment, file):
+    """A file of every batch of one experiment in a stage; of a later stage when its checkpoint has run."""
+    if stage.endswith("verification"):
+        checkpoints.verification_design.get()
+    elif stage:
+        checkpoints.refinement_design.get(round=stage.rpartition("/")[2])
+    names = sorted(stage_batches(stage, experiment))
+    return [f"{RESULTS}/sims/{experiment}/{name}/{file}" for name in names]
+
+
+def simulated(file):
+    """Input function: a file of every batch of the experiment in a stage."""
+    return lambda wildcards: stored_in_stage(
+        wildcards.stage, wildcards.experiment, file
     )
 
 
-def simulated(experiment, file):
-    """Input function: a file of every batch of one experiment in a stage; of a later stage when its checkpoint has run."""
-
-    def paths(wildcards):
-        if wildcards.stage.endswith("verification"):
-            checkpoints.verification_design.get()
-        elif wildcards.stage:
-            checkpoints.refinement_design.get(round=wildcards.stage.rpartition("/")[2])
-        names = sorted(stage_batches(wildcards.stage, experiment))
-        return [f"{RESULTS}/sims/{experiment}/{name}/{file}" for name in names]
-
-    return paths
+def measured_from(wildcards):
+    """Input function: the stored tables that an experiment measures from."""
+    file = f"{BY_NAME[wildcards.experiment].MEASURED_FROM}.parquet"
+    return stored_in_stage(wildcards.stage, wildcards.experiment, file)
 
 
-def simulated_in_all(experiment, file):
-    """Input function: a file of every simulation of one experiment in all stages."""
-
-    def paths(wildcards):
-        stages = [SimpleNamespace(stage=stage) for stage in ("", *LATER_STAGES)]
-        files = simulated(experiment, file)
-        return list(dict.fromkeys(path for stage in stages for path in files(stage)))
-
-    return paths
+def simulated_in_all(file):
+    """Input function: a file of every simulation of all experiments in all stages."""
+    return lambda wildcards: list(
+        dict.fromkeys(
+            path
+            for stage in ("", *LATER_STAGES)
+            for experiment in TESTS
+            for path in stored_in_stage(stage, experiment, file)
+        )
+    )
 
 
 def base_settings(experiment):
@@ -212,14 +246,12 @@ def base_settings(experiment):
     return {key: value for key, value in row.items() if key != "purposes"}, settings
 
 
-def known_tables(name):
-    """Input function: a table of the campaign and of all rounds up to this one."""
-
-    def paths(wildcards):
-        rounds = [f"{RESULTS}/rounds/{k}" for k in range(1, int(wildcards.round) + 1)]
-        return [f"{folder}/{name}.parquet" for folder in (RESULTS, *rounds)]
-
-    return paths
+def known_tables(wildcards):
+    """Input function: the tables of responses of the campaign and of all rounds up to this one."""
+    rounds = [f"{RESULTS}/rounds/{k}" for k in range(1, int(wildcards.round) + 1)]
+    return [
+        f"{folder}/{name}.parquet" for folder in (RESULTS, *rounds) for name in MEASURED
+    ]
 
 
 def previous(name):

@@ -11,8 +11,9 @@ rule design:
     params:
         rows=lambda wildcards, input: DESIGN,
         digest=lambda wildcards: digest(DESIGN),
+        code=CODE.of_script("design"),
     message:
-        "Expand the design into one row for each result of a point."
+        "List every simulation of the design."
     script:
         "../scripts/design.py"
 
@@ -25,6 +26,7 @@ rule compile_kernels:
     params:
         engine=ENGINE,
         settings=config["engine"],
+        code=CODE.of_script("compile_kernels"),
     message:
         "Compile the engine's kernels once, before the simulations fan out."
     script:

@@ -15,10 +15,11 @@ rule export:
         config=config,
         provenance={
             "engine": ENGINE,
-            "inference": INFERENCE,
-            "export": fingerprint("src/virtual_soil/exports"),
+            "inference": CODE.of_package("src/virtual_soil/calibration"),
+            "export": CODE.of_package("src/virtual_soil/exports"),
             "versions": versions(),
         },
+        code=CODE.of_script("export"),
     message:
         "Write the material card of {wildcards.case} and its input for other DEM programs."
     script:

@@ -8,8 +8,7 @@ rule estimate_from_reference:
         surrogates=f"{REFERENCE}/surrogates.json",
         calibration=f"{REFERENCE}/calibration.parquet",
         verification=f"{REFERENCE}/verification.parquet",
-        repose=f"{REFERENCE}/repose.parquet",
-        strength=f"{REFERENCE}/strength.parquet",
+        tables=[f"{REFERENCE}/{name}.parquet" for name in MEASURED],
         soil=lambda wildcards: FIRST_ANSWERS[wildcards.soil],
         raw=lambda wildcards: raw_files([FIRST_ANSWERS[wildcards.soil]]),
     output:
@@ -20,7 +19,7 @@ rule estimate_from_reference:
     params:
         optimise=config["optimise"],
         uncertainty=config["uncertainty"],
-        inference=INFERENCE,
+        code=CODE.of_script("estimate_from_reference", *LABORATORY),
     message:
         "Calibrate {wildcards.soil} on the reference tables, without any simulation."
     script:

@@ -10,6 +10,8 @@ rule manifest:
         manifest=f"{RESULTS}/manifest.sha256",
     log:
         f"{LOGS}/manifest.log",
+    params:
+        code=CODE.of_script("manifest"),
     message:
         "List every file of the finished study with its SHA-256."
     script:
@@ -17,12 +19,13 @@ rule manifest:
 
 
 # No input: what a rule reads may be made anew first, and a file that was changed by hand would go into a new manifest.
-rule verify_results:
+rule check_manifest:
     log:
-        f"{LOGS}/verify_results.log",
+        f"{LOGS}/check_manifest.log",
     params:
         folder=RESULTS,
+        code=CODE.of_script("check_manifest"),
     message:
         "Compare every file of the study with its manifest."
     script:
-        "../scripts/verify_results.py"
+        "../scripts/check_manifest.py"

@@ -5,8 +5,11 @@ rule measure_soils:
     input:
         soils=soil_files(config),
         raw=raw_files(soil_files(config)),
-        repose=[f"{RESULTS}/repose.parquet"] if config["twins"] else [],
-        strength=[f"{RESULTS}/strength.parquet"] if config["twins"] else [],
+        tables=(
+            [f"{RESULTS}/{name}.parquet" for name in MEASURED]
+            if config["twins"]
+            else []
+        ),
     output:
         table=f"{RESULTS}/soil.parquet",
     log:
@@ -16,8 +19,8 @@ rule measure_soils:
         twins=config["twins"],
         design=config["design"],
         material=config["material"],
-        inference=INFERENCE,
+        code=CODE.of_script("measure_soils", *LABORATORY),
     message:
-        "Collect cohesion, friction angle and angle of repose of the real soils, and of hidden twins."
+        "Collect the targets: measured responses of the real soils, and of hidden twins."
     script:
         "../scripts/measure_soils.py"

@@ -4,8 +4,7 @@
 rule reachability:
     input:
         surrogates=f"{RESULTS}/rounds/0/surrogates.json",
-        repose=f"{RESULTS}/repose.parquet",
-        strength=f"{RESULTS}/strength.parquet",
+        tables=[f"{RESULTS}/{name}.parquet" for name in MEASURED],
         soils=f"{RESULTS}/soil.parquet",
     output:
         table=f"{RESULTS}/reachability.parquet",
@@ -14,7 +13,7 @@ rule reachability:
     params:
         design=config["design"],
         uncertainty=config["uncertainty"],
-        inference=INFERENCE,
+        code=CODE.of_script("reachability"),
     message:
         "Compare every target with the range of its response over the design."
     script:
@@ -35,7 +34,7 @@ rule calibrate:
     params:
         optimise=config["optimise"],
         design=config["design"],
-        inference=INFERENCE,
+        code=CODE.of_script("calibrate"),
     message:
         "Optimise the design variables of every case; round {wildcards.round}."
     script:
@@ -55,7 +54,7 @@ rule calibrate_as_published:
     params:
         optimise=config["optimise"],
         design=config["design"],
-        inference=INFERENCE,
+        code=CODE.of_script("calibrate_as_published"),
     message:
         "Optimise as the paper does: on the polynomials of our campaign, and on those that it prints."
     script:

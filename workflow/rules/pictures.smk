@@ -1,18 +1,16 @@
 # Not part of `all`: moving pictures of both tests at the base point, and files for ParaView: the same films, and stored grains.
 
-EXPERIMENTS = ["repose", "shear"]
-# the moments of each experiment of which the grains are stored
-MOMENTS = {"repose": ["filled", "grains"], "shear": ["grains_before", "grains_after"]}
+# the moments of each test of which the grains are stored
+MOMENTS = ["before", "after"]
 
 
 wildcard_constraints:
-    experiment="|".join(EXPERIMENTS),
-    moment="|".join([moment for moments in MOMENTS.values() for moment in moments]),
+    moment="|".join(MOMENTS),
 
 
 rule animations:
     input:
-        expand(f"{RESULTS}/animations/{{experiment}}.gif", experiment=EXPERIMENTS),
+        expand(f"{RESULTS}/animations/{{experiment}}.gif", experiment=TESTS),
 
 
 rule animate:
@@ -30,6 +28,7 @@ rule animate:
             config, base_simulation(config, DESIGN, wildcards.experiment)
         ),
         engine=ENGINE,
+        code=CODE.of_script("animate"),
     message:
         "Simulate the base point's {wildcards.experiment} test once more and film it, as a GIF and for ParaView."
     script:
@@ -40,10 +39,10 @@ rule paraview:
     input:
         [
             f"{RESULTS}/vtu/{experiment}/{base_simulation(config, DESIGN, experiment)['simulation_id']}/{moment}.vtu"
-            for experiment in EXPERIMENTS
-            for moment in MOMENTS[experiment]
+            for experiment in TESTS
+            for moment in MOMENTS
         ],
-        expand(f"{RESULTS}/animations/{{experiment}}.pvd", experiment=EXPERIMENTS),
+        expand(f"{RESULTS}/animations/{{experiment}}.pvd", experiment=TESTS),
 
 
 rule grains_vtu:
@@ -55,6 +54,8 @@ rule grains_vtu:
         vtu=f"{RESULTS}/vtu/{{experiment}}/{{simulation}}/{{moment}}.vtu",
     log:
         f"{LOGS}/vtu/{{experiment}}/{{simulation}}/{{moment}}.log",
+    params:
+        code=CODE.of_script("grains_vtu"),
     message:
         "Write {wildcards.moment} of simulation {wildcards.simulation} for ParaView."
     script:

@@ -14,16 +14,13 @@ checkpoint refinement_design:
     log:
         f"{LOGS}/rounds/{{round}}/refinement_design.log",
     params:
-        study={
-            key: config[key]
-            for key in ("material", "design", "repose", "shear", "engine")
-        },
+        study={key: config[key] for key in ("material", "design", *TESTS, "engine")},
         optimise=config["optimise"],
         uncertainty=config["uncertainty"],
         refine={
             key: config["refine"][key] for key in config["refine"] if key != "rounds"
         },
-        inference=INFERENCE,
+        code=CODE.of_script("refinement_design"),
     message:
         "Choose points near the optima of the round before; round {wildcards.round}."
     script:
@@ -34,20 +31,16 @@ rule compare_round:
     input:
         calibration=previous("calibration.parquet"),
         surrogates=previous("surrogates.json"),
-        campaign_repose=f"{RESULTS}/repose.parquet",
-        campaign_strength=f"{RESULTS}/strength.parquet",
-        repose=f"{RESULTS}/rounds/{{round}}/repose.parquet",
-        shear=f"{RESULTS}/rounds/{{round}}/shear.parquet",
-        strength=f"{RESULTS}/rounds/{{round}}/strength.parquet",
+        campaign=[f"{RESULTS}/{name}.parquet" for name in MEASURED],
+        tables=[f"{RESULTS}/rounds/{{round}}/{name}.parquet" for name in MEASURED],
     output:
         table=f"{RESULTS}/rounds/{{round}}/comparison.parquet",
     log:
         f"{LOGS}/rounds/{{round}}/compare_round.log",
     params:
         material=config["material"],
-        strength=config["shear"]["strength"],
-        normal_stress=config["shear"]["normal_stress"],
-        inference=INFERENCE,
+        settings={name: config[name] for name in TESTS},
+        code=CODE.of_script("verify"),
     message:
         "Compare the optima of the round before with their simulations; round {wildcards.round}."
     script:

@@ -26,6 +26,7 @@ rule record_lift:
         row=LIFT[0],
         settings=LIFT[1],
         engine=ENGINE,
+        code=CODE.of_script("record_lift"),
     message:
         "Simulate the base point's heap once more and keep moments of the lift."
     script:
@@ -35,14 +36,14 @@ rule record_lift:
 rule report:
     input:
         tables=[f"{RESULTS}/{name}.parquet" for name in REPORTED],
-        later_repose=[f"{RESULTS}{stage}/repose.parquet" for stage in LATER_STAGES],
-        later_shear=[f"{RESULTS}{stage}/shear.parquet" for stage in LATER_STAGES],
-        later_strength=[f"{RESULTS}{stage}/strength.parquet" for stage in LATER_STAGES],
-        heaps=simulated_in_all("repose", "grains.parquet"),
-        filled=simulated_in_all("repose", "filled.parquet"),
-        before=simulated_in_all("shear", "grains_before.parquet"),
-        after=simulated_in_all("shear", "grains_after.parquet"),
-        histories=simulated_in_all("shear", "history.parquet"),
+        later=[
+            f"{RESULTS}{stage}/{name}.parquet"
+            for stage in LATER_STAGES
+            for name in MEASURED
+        ],
+        before=simulated_in_all("before.parquet"),
+        after=simulated_in_all("after.parquet"),
+        histories=simulated_in_all("history.parquet"),
         lift=f"{RESULTS}/lift.parquet",
         residuals=f"{LAST}/residuals.parquet",
         surrogates=f"{LAST}/surrogates.json",
@@ -74,6 +75,7 @@ rule report:
     params:
         config=config,
         versions=versions(),
+        code=CODE.of_script("report"),
     message:
         "Write the report."
     script:

@@ -3,7 +3,7 @@
 
 rule screening:
     input:
-        repose=f"{RESULTS}/repose.parquet",
+        runs=f"{RESULTS}/{RESPONSES[config['screening']['response']].table}.parquet",
     output:
         table=f"{RESULTS}/screening.parquet",
     log:
@@ -11,8 +11,8 @@ rule screening:
     params:
         material=config["material"],
         screening=config["screening"],
-        inference=INFERENCE,
+        code=CODE.of_script("screening"),
     message:
-        "Compare the angle of repose after one change at a time with the base set (Table 2)."
+        "Compare a response after one change at a time with the base set (Table 2)."
     script:
         "../scripts/screening.py"

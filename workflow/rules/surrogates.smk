@@ -3,8 +3,7 @@
 
 rule fit_surrogates:
     input:
-        repose=known_tables("repose"),
-        strength=known_tables("strength"),
+        tables=known_tables,
     output:
         surrogates=f"{RESULTS}/rounds/{{round}}/surrogates.json",
         residuals=f"{RESULTS}/rounds/{{round}}/residuals.parquet",
@@ -14,7 +13,7 @@ rule fit_surrogates:
         design=config["design"],
         material=config["material"],
         surrogate=config["surrogate"],
-        inference=INFERENCE,
+        code=CODE.of_script("fit_surrogates"),
     message:
         "Fit the surrogates of cohesion, friction angle and angle of repose (Equation 3); round {wildcards.round}."
     script:

@@ -6,10 +6,10 @@ GROUPS = [
 ]
 # Heaps and shear tests over many seeds are run in so many parts.
 BULK_PARTS = range(16)
-# `make verify-peers` writes it where LIGGGHTS is installed.
+# `make check-peers` writes it where LIGGGHTS is installed.
 PEERS = "results/verification/peers.parquet"
 FIGURES = ["restitution", "oblique_impact", "bulk"]
-VERIFICATION = fingerprint("src/virtual_soil/verification")
+VERIFICATION = CODE.of_package("src/virtual_soil/verification")
 
 
 wildcard_constraints:
@@ -22,7 +22,7 @@ rule verification:
         "docs/verification.md",
 
 
-rule verify_engine:
+rule check_engine:
     output:
         table="results/verification/{group}.parquet",
     log:
@@ -30,13 +30,14 @@ rule verify_engine:
     params:
         engine=ENGINE,
         cases=VERIFICATION,
+        code=CODE.of_script("check_engine"),
     message:
         "Compare the engine with published and closed-form results: {wildcards.group}."
     script:
-        "../scripts/verify_engine.py"
+        "../scripts/check_engine.py"
 
 
-rule verify_bulk_part:
+rule check_bulk_part:
     output:
         table="results/verification/bulk/{part}.parquet",
     log:
@@ -45,13 +46,14 @@ rule verify_bulk_part:
         engine=ENGINE,
         cases=VERIFICATION,
         parts=len(BULK_PARTS),
+        code=CODE.of_script("check_bulk_part"),
     message:
         "Heaps and shear tests over seeds, with one thing changed at a time: part {wildcards.part}."
     script:
-        "../scripts/verify_bulk_part.py"
+        "../scripts/check_bulk_part.py"
 
 
-rule verify_bulk:
+rule check_bulk:
     input:
         parts=expand("results/verification/bulk/{part}.parquet", part=BULK_PARTS),
     output:
@@ -61,10 +63,11 @@ rule verify_bulk:
         "logs/verification/bulk.log",
     params:
         cases=VERIFICATION,
+        code=CODE.of_script("check_bulk"),
     message:
         "Compare heaps and shear tests with each other and with what is published."
     script:
-        "../scripts/verify_bulk.py"
+        "../scripts/check_bulk.py"
 
 
 rule verification_page:
@@ -80,6 +83,7 @@ rule verification_page:
     params:
         groups=[*GROUPS, "bulk"],
         cases=VERIFICATION,
+        code=CODE.of_script("verification_page"),
     message:
         "Write the verification page."
     script:

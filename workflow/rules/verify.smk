@@ -16,7 +16,7 @@ rule uncertainty:
         optimise=config["optimise"],
         design=config["design"],
         uncertainty=config["uncertainty"],
-        inference=INFERENCE,
+        code=CODE.of_script("uncertainty"),
     message:
         "Sample the parameters that are consistent with each soil, given all known errors."
     script:
@@ -32,7 +32,7 @@ rule sensitivity:
         f"{LOGS}/sensitivity.log",
     params:
         design=config["design"],
-        inference=INFERENCE,
+        code=CODE.of_script("sensitivity"),
     message:
         "Attribute the variance of every response to the design variables (Sobol indices)."
     script:
@@ -48,7 +48,7 @@ rule check_coverage:
         f"{LOGS}/check_coverage.log",
     params:
         design=config["design"],
-        inference=INFERENCE,
+        code=CODE.of_script("check_coverage"),
     message:
         "Calibrate every simulated point as if it were an unknown soil: is the truth in the 95 % region?"
     script:
@@ -70,7 +70,7 @@ rule twins:
         optimise=config["optimise"],
         design=config["design"],
         uncertainty=config["uncertainty"],
-        inference=INFERENCE,
+        code=CODE.of_script("twins"),
     message:
         "Compare the hidden twins' true parameters with what the calibration found."
     script:
@@ -85,12 +85,9 @@ checkpoint verification_design:
     log:
         f"{LOGS}/verification_design.log",
     params:
-        study={
-            key: config[key]
-            for key in ("material", "design", "repose", "shear", "engine")
-        },
+        study={key: config[key] for key in ("material", "design", *TESTS, "engine")},
         verify=config["verify"],
-        inference=INFERENCE,
+        code=CODE.of_script("verification_design"),
     message:
         "List the simulations of every optimum, with seeds that no fit has seen."
     script:
@@ -101,20 +98,16 @@ rule verify:
     input:
         calibration=f"{LAST}/calibration.parquet",
         surrogates=f"{LAST}/surrogates.json",
-        campaign_repose=f"{RESULTS}/repose.parquet",
-        campaign_strength=f"{RESULTS}/strength.parquet",
-        repose=f"{RESULTS}/verification/repose.parquet",
-        shear=f"{RESULTS}/verification/shear.parquet",
-        strength=f"{RESULTS}/verification/strength.parquet",
+        campaign=[f"{RESULTS}/{name}.parquet" for name in MEASURED],
+        tables=[f"{RESULTS}/verification/{name}.parquet" for name in MEASURED],
     output:
         table=f"{RESULTS}/verification.parquet",
     log:
         f"{LOGS}/verify.log",
     params:
         material=config["material"],
-        strength=config["shear"]["strength"],
-        normal_stress=config["shear"]["normal_stress"],
-        inference=INFERENCE,
+        settings={name: config[name] for name in TESTS},
+        code=CODE.of_script("verify"),
     message:
         "Compare the optima with their simulations."
     script:
@@ -144,7 +137,7 @@ rule conclude:
         optimise=config["optimise"],
         design=config["design"],
         uncertainty=config["uncertainty"],
-        inference=INFERENCE,
+        code=CODE.of_script("conclude"),
     message:
         "Put the answer together: optima with intervals, and whether simulating them confirms it."
     script:

@@ -3,11 +3,13 @@
 import sys
 import traceback
 
+from virtual_soil.errors import InputError
+
 
 def log_to(path: str) -> None:
     """Redirect standard output and error to a file, line by line, so that it can be followed while the script runs.
 
-    What stops the script for a reason that its message explains is one line, `error: ...`; a fault of the program is a traceback.
+    An error that its message explains is one line, `error: ...`; a fault of the program is a traceback.
     """
     sys.stdout = sys.stderr = open(path, "w", buffering=1, encoding="utf-8")  # noqa: SIM115 (open until the process ends)
     sys.excepthook = report
@@ -15,11 +17,7 @@ def log_to(path: str) -> None:
 
 def report(kind: type[BaseException], error: BaseException, trace) -> None:
     """Print an exception that nobody caught."""
-    from virtual_soil.calibration import CalibrationError  # here, because short jobs have no time to import it
-    from virtual_soil.campaign.files import FileError
-    from virtual_soil.campaign.tables import TableError
-
-    if isinstance(error, FileError | TableError | CalibrationError):
+    if isinstance(error, InputError):
         print(f"error: {error}", file=sys.stderr)
     else:
         traceback.print_exception(kind, error, trace)

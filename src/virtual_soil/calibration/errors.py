@@ -1,7 +1,9 @@
 """What the inference refuses, and one way to say it."""
 
+from virtual_soil.errors import InputError
 
-class CalibrationError(ValueError):
+
+class CalibrationError(InputError, ValueError):
     """Input that cannot be calibrated with; the message names key or table, value and what is allowed."""
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 
-from virtual_soil.calibration.design import point_at, point_id
 from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.models import ERRORS
 from virtual_soil.calibration.noise import line_errors, pooled_line_scatter, pooled_scatter
+from virtual_soil.calibration.points import point_at, point_id
 from virtual_soil.calibration.space import Space
 from virtual_soil.calibration.surrogate import RESPONSES
 from virtual_soil.calibration.uncertainty import LEVELS, Likelihood, credible_level, probabilities

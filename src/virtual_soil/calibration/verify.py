@@ -3,9 +3,9 @@
 import numpy as np
 import pandas as pd
 
-from virtual_soil.calibration.design import point_at, point_id
 from virtual_soil.calibration.mohr_coulomb import lines
 from virtual_soil.calibration.noise import line_errors
+from virtual_soil.calibration.points import point_at, point_id
 from virtual_soil.calibration.surrogate import RESPONSES
 from virtual_soil.calibration.uncertainty import Likelihood, intervals
 

@@ -4,11 +4,13 @@ import contextlib
 import os
 from pathlib import Path
 
+from virtual_soil.errors import InputError
+
 #: How the name of a file that is not whole yet begins; what a killed job leaves under it is of no use to anybody.
 PART = ".part-"
 
 
-class FileError(OSError):
+class FileError(InputError, OSError):
     """A file that cannot be written; the message names it and says what to do."""
 
 

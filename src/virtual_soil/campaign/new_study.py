@@ -5,8 +5,8 @@ import re
 from pathlib import Path
 from string import Template
 
-ROOT = Path(__file__).resolve().parents[3]
-NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
+from virtual_soil.campaign.code import ROOT
+from virtual_soil.campaign.settings import NAME
 
 
 def start(root: Path, study: str, soil: str | None = None) -> list[Path]:

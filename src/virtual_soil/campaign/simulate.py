@@ -1,101 +1,30 @@
-"""What both simulation scripts share: batches, soil and engine from the design row, progress, and failures that are recorded."""
+"""The simulations of a batch as a job: run or taken up again, failures recorded, results written whole or not at all.
+
+Every experiment stores the same files: `before` and `after` (grains), `history` (a time series, without rows where the test has
+none), `run` (a row per simulation) and `timing`.
+"""
 
 import json
 import shutil
-import time
 import traceback
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 
 from dem import SimulationError
-from dem.experiments import direct_shear
-from dem.experiments.soil import Engine, Soil
 from virtual_soil.campaign.batches import may_hold, stage_of
+from virtual_soil.campaign.experiments import module_of
+from virtual_soil.campaign.experiments.common import engine_of, soil_of
 from virtual_soil.campaign.files import FileError, write_text, writing
+from virtual_soil.campaign.progress import Progress
 from virtual_soil.campaign.provenance import versions
 from virtual_soil.campaign.resume import Checkpoint
 from virtual_soil.campaign.tables import TableError, read_provenance, stack_tables, write_table
 
-SOIL_KEYS = tuple(Soil.__dataclass_fields__)
-#: Seconds between two progress lines in a simulation's log.
-PROGRESS_S = 5.0
-
 #: What a simulation may raise because of its parameters; anything else is a fault of the program and stops the job.
 FAILURES = (SimulationError, ValueError, FloatingPointError)
-
-
-def soil_of(row: dict) -> Soil:
-    """The virtual soil of a design row."""
-    return Soil(**{key: row[key] for key in SOIL_KEYS if key in row})
-
-
-def engine_of(settings: dict, stiffness_reduction: float) -> Engine:
-    """The engine settings of a simulation."""
-    return Engine(stiffness_reduction=stiffness_reduction, **settings["engine"])
-
-
-class Progress:
-    """Prints a line every few seconds: stage and how much of it is done, simulated time, steps, speed, time left.
-
-    Percent and time left are those of the stage that the line names, and stand there only when its end is known:
-
-    - shear: a known number of looks, so both are exact as far as the speed is steady; neither is known when a saved test goes on.
-    - lift: how high the tube's rim is over the highest grain, whose top still sinks: so "about". The heap may go on rolling when
-      the tube is clear, so the time left is "at least". It then ends when nothing moves, at no known time.
-    - fill, consolidate: end when nothing moves, as a rule long before their time limit, of which a percentage would mean nothing.
-    """
-
-    def __init__(self):
-        self.start = self.last = time.monotonic()
-        self.stage: str | None = None
-        self.first_step: int | None = None
-
-    def __call__(self, simulation, stage: str) -> None:
-        """Report one look at the simulation."""
-        now = time.monotonic()
-        if self.first_step is None:  # a resumed simulation has made steps before
-            self.first_step = simulation.n_steps
-        if stage != self.stage:
-            self.whole = self.stage is not None or stage != "shear"
-            self.stage, self.n_looks, self.first = stage, 0, None
-        self.n_looks += 1
-        if now - self.last >= PROGRESS_S or self.first is None:
-            share = self.done(simulation)
-            self.first = self.first or (now, share)
-        if now - self.last >= PROGRESS_S:
-            self.last = now
-            speed = (simulation.n_steps - self.first_step) * simulation.n_grains / (now - self.start) / 1e6
-            print(
-                f"{stage}: {self.percent(share)}t = {simulation.time_s:.4f} s, step {simulation.n_steps}, "
-                f"{speed:.1f} M grain-steps/s{self.left(now, share)}"
-            )
-
-    def done(self, simulation) -> float | None:
-        """How much of the stage is done (0 to 1); None where its end is not known."""
-        if self.stage == "shear":
-            return self.n_looks / direct_shear.N_SAMPLES if self.whole else None
-        if self.stage == "lift":
-            top = simulation.top_m
-            return simulation.wall("tube").bottom_m / top if top > simulation.wall("tube").bottom_m else 1.0
-        return None
-
-    def percent(self, share: float | None) -> str:
-        """The share in words, ready to be put before the rest of the line."""
-        if share is None:
-            return "" if self.stage == "shear" else "until nothing moves, "
-        if self.stage == "lift":
-            return f"about {100.0 * share:.0f} %, " if share < 1.0 else "tube is clear, until nothing moves, "
-        return f"{100.0 * share:.0f} %, "
-
-    def left(self, now: float, share: float | None) -> str:
-        """Wall time until the stage ends, at the pace since its first look; empty where that cannot be said."""
-        begun_s, begun = self.first or (now, None)
-        if share is None or begun is None or share >= 1.0 or share <= begun:
-            return ""
-        seconds = (now - begun_s) * (1.0 - share) / (share - begun)
-        return f", {'at least ' if self.stage == 'lift' else ''}{seconds:.0f} s left"
 
 
 def provenance(members: list, engine: str) -> dict:
@@ -131,15 +60,31 @@ def one_row(values: dict) -> dict[str, list]:
     return {name: [value] for name, value in values.items()}
 
 
-def recorded(run, soil, setup, engine, seed: int, checkpoint: Checkpoint):
-    """Run an experiment, from its checkpoint if there is one.
+def simulate(row: dict, settings: dict, checkpoint: Checkpoint) -> tuple[dict, float]:
+    """One simulation: {output: (schema, columns)}, and the wall time in s. Goes on from its checkpoint if there is one."""
+    experiment, name = row["experiment"], row["simulation_id"]
+    job = import_module(module_of(experiment, "simulate"))
+    result, reason, seconds = recorded(job, row, settings, checkpoint)
+    run = {"simulation_id": name, "reason": reason or "", **job.row_of(result, settings)}
+    before = after = empty_grains()
+    history = empty_columns(job.HISTORY)
+    if result is not None:
+        before, after = (grain_table(getattr(result, moment), name) for moment in job.MOMENTS)
+        history = of_simulation(name, result.history) if job.HISTORY else history
+    tables = {"before": ("grains", before), "after": ("grains", after), "history": (f"{experiment}_history", history)}
+    return {**tables, "run": (f"{experiment}_run", one_row(run))}, seconds
+
+
+def recorded(job, row: dict, settings: dict, checkpoint: Checkpoint):
+    """Run an experiment, from its checkpoint if there is one; job : its `simulate` module.
 
     Returns (result, None, seconds), or (None, reason, seconds) when the parameters do not work. Ends the job after a signal.
     """
-    state = checkpoint.state()
+    state, each = checkpoint.state(), Progress(job.STAGES)
     try:
         with checkpoint.on_signals():
-            result = run(soil, setup, engine, seed, each=Progress(), state=state, keep=checkpoint.keep)
+            soil, engine = soil_of(row), engine_of(settings)
+            result = job.run(soil, settings["setup"], engine, row["seed"], each=each, state=state, keep=checkpoint.keep)
         reason = None
     except FAILURES as error:
         traceback.print_exc()
@@ -178,7 +123,9 @@ class Finished:
         return self.known[folder]
 
 
-def run_batch(members: list, engine: str, output: dict[str, str], checkpoints: str, interval_s: float, simulate: Callable) -> None:
+def run_batch(
+    members: list, engine: str, output: dict[str, str], checkpoints: str, interval_s: float, simulate: Callable = simulate
+) -> None:
     """Simulate what a batch holds, one after another, and write each output as one file, stacked in the order of the members.
 
     Every finished simulation is kept in <checkpoints>/<id>/ until all files are written, so that nothing is lost when the job ends

@@ -16,11 +16,12 @@ from pathlib import Path
 import pyarrow.parquet as pq
 
 from virtual_soil.campaign.batches import stage_of
+from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.cost import expected_s
+from virtual_soil.campaign.experiments.registry import EXPERIMENTS
 from virtual_soil.campaign.tables import METADATA_KEY, UNREADABLE, one_line
 
-ROOT = Path(__file__).resolve().parents[3]
-NAMES = {"repose": "heaps", "shear": "shear tests"}
+NAMES = {experiment.NAME: experiment.NOUNS[1] for experiment in reversed(EXPERIMENTS)}
 STATES = ("done", "outdated", "running", "failed", "stopped", "waiting")
 #: How a simulation's lines begin in the log of its job.
 HEADING = re.compile(r"^simulation ([0-9a-f]{10}): \d+ of \d+$\n?", flags=re.MULTILINE)

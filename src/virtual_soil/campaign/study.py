@@ -1,59 +1,80 @@
 """What the Snakefile knows of a study before any job runs: its checked configuration, its simulations, its code."""
 
-import ast
-import hashlib
+import itertools
 import math
 import re
 from pathlib import Path
 
 import jsonschema
 import yaml
-from snakemake.exceptions import WorkflowError
 
-from virtual_soil.calibration import CalibrationError, laboratory_files, measure_soil
-from virtual_soil.calibration.design import as_simulated, expand, point_id
-from virtual_soil.calibration.errors import demand
-from virtual_soil.campaign.cost import grains_and_steps
+from virtual_soil.calibration.errors import CalibrationError, demand
+from virtual_soil.calibration.points import point_id
+from virtual_soil.campaign import settings, yamls
+from virtual_soil.campaign.design import expand
+from virtual_soil.campaign.experiments.registry import BY_NAME, LOADS
+from virtual_soil.campaign.sections import TERMS, Material, Study
+from virtual_soil.campaign.settings import NAME
+from virtual_soil.campaign.soils import laboratory_files, measure_soil
 from virtual_soil.campaign.tables import TableError, read_table
+from virtual_soil.errors import InputError
 
-ROOT = Path(__file__).resolve().parents[3]
-
-#: A soil's name is part of the paths of its results.
-SOIL_NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
+#: Meaning of the key `soil`, which belongs to no study: it is given on the command line.
+SOIL_KEY = "of rule first_answer: a name in config/soils or a soil file; by default the study's soils"
+#: Folders in results/ that belong to no study.
+RESERVED = ("first_answer", "verification")
 #: How deep a configuration may be nested (its schema is five deep), the magnitude no number in it reaches, and how many lines a
 #: message about it has.
 MAX_DEPTH, LARGEST, SHOWN = 20, 2.0**62, 20
 #: Grains times steps that one simulation stays below: at 50 million a second, 600 years.
 MAX_GRAIN_STEPS = 1e18
-#: What each experiment's setup takes over from its part of the configuration.
-PROTOCOL = {
-    "repose": (
-        "n_particles",
-        "tube_diameter_ratio",
-        "plate_half_width_ratio",
-        "wall_static_friction",
-        "wall_rolling_friction",
-        "max_time_s",
-    ),
-    "shear": (
-        "length_ratio",
-        "height_ratio",
-        "width_ratio",
-        "displacement_ratio",
-        "frame_static_friction",
-        "preparation_friction_ratio",
-    ),
-}
+
+
+class StudyError(InputError, ValueError):
+    """A study that cannot be run as it is configured; the message names key, value and what is allowed."""
 
 
 def check_config(config: dict) -> None:
-    """Refuse a configuration that does not obey config/schema.yaml; the message names key, value and what is allowed."""
-    schema = yaml.safe_load((ROOT / "config" / "schema.yaml").read_text())
-    lines = list(oddities(config))
+    """Refuse a configuration that the settings' classes do not allow; the message names key, value and what is allowed."""
+    lines = list(oddities(config)) or list(old_weights(config))
     if not lines:
-        lines = described(config, schema) or described_materials(config, schema["properties"]["material"]["properties"])
+        schema = settings.schema(Study)
+        schema["properties"] |= {"soil": {"type": "string", "minLength": 1, "description": SOIL_KEY}}
+        lines = (
+            described(config, schema)
+            or list(reserved_names(config))
+            or described_materials(config, settings.schema(Material)["properties"])
+        )
     if lines:
-        raise WorkflowError("The configuration is not valid:\n" + "\n".join(f"  {line}" for line in lines[:SHOWN]))
+        raise StudyError("The configuration is not valid:\n" + "\n".join(f"  {line}" for line in lines[:SHOWN]))
+
+
+def reserved_names(config: dict):
+    """Yield a line for a study with the name of a folder in results/ that belongs to no study."""
+    if config["study"] in RESERVED:
+        yield f"study: {config['study']} is the folder of other results; allowed: another name than {', '.join(RESERVED)}."
+
+
+def old_weights(config: dict):
+    """Yield a line for every case whose weights are a list, as they were before they had names."""
+    optimise = config.get("optimise")
+    cases = optimise.get("cases") if isinstance(optimise, dict) else None
+    for case in cases if isinstance(cases, list) else ():
+        weights = case.get("weights") if isinstance(case, dict) else None
+        if isinstance(weights, list):
+            form = ", ".join(
+                f"{name}: {value}" for name, value in itertools.zip_longest(TERMS, weights[: len(TERMS)], fillvalue="...")
+            )
+            yield f"optimise.cases: weights of {shortened(case.get('case'))} are a list; allowed: a weight by name, {{{form}}}."
+
+
+def check_files(paths) -> None:
+    """Refuse configuration files in which a key is given twice: YAML would silently take the last."""
+    for path in paths:
+        try:
+            yamls.load_file(path)
+        except (OSError, ValueError, yaml.YAMLError) as error:
+            raise StudyError(f"{path}: not a sound YAML file ({' '.join(str(error).split())}).") from None
 
 
 def oddities(value, key: str = "", depth: int = 0):
@@ -131,7 +152,7 @@ def design_rows(config: dict) -> list[dict]:
         )
         table = expand(config)
     except ValueError as error:
-        raise WorkflowError(str(error)) from None
+        raise StudyError(str(error)) from None
     return plain_rows(table)
 
 
@@ -140,7 +161,7 @@ def simulations(config: dict, rows: list[dict]) -> dict[str, dict]:
     found = {}
     for row in rows:
         if row["simulation_id"] not in found:
-            material = as_simulated({key: row[key] for key in config["material"]}, config, row["experiment"])
+            material = BY_NAME[row["experiment"]].canonical({key: row[key] for key in config["material"]}, config)
             plain = {key: value for key, value in row.items() if key != "purposes"}
             found[row["simulation_id"]] = {**plain, **material, "point_id": point_id(material)}
     check_costs(config, found)
@@ -151,11 +172,11 @@ def check_costs(config: dict, rows: dict[str, dict]) -> None:
     """Refuse a study with a simulation that no machine could ever finish: some size, speed or time is wrong by magnitudes."""
     for row in rows.values():
         try:
-            work = math.prod(grains_and_steps(row, experiment_settings(config, row)))
-        except ArithmeticError:
+            work = math.prod(BY_NAME[row["experiment"]].cost(row, experiment_settings(config, row)))
+        except (ArithmeticError, ValueError):  # the engine refuses what cannot be simulated
             work = math.inf
         if not work < MAX_GRAIN_STEPS:
-            raise WorkflowError(
+            raise StudyError(
                 f"{row['experiment']}: simulation {row['simulation_id']} would take {work:g} steps of grains; allowed: below "
                 f"{MAX_GRAIN_STEPS:g}. Look at material, at the sizes in {row['experiment']} and at fidelity.{row['fidelity']}."
             )
@@ -173,11 +194,11 @@ def plain_value(value):
 
 
 def base_simulation(config: dict, rows: list[dict], experiment: str) -> dict:
-    """The campaign's row at the grid point nearest to the base set: its first seed, the largest normal stress."""
+    """The campaign's row at the grid point nearest to the base set: its first seed, the largest load."""
     grid = [row for row in rows if row["experiment"] == experiment and row["fidelity"] == "campaign" and "grid" in row["purposes"]]
     nearest = min(grid, key=lambda row: sum(abs(row[name] - config["material"][name]) for name in config["design"]["grid"]))
     same = [row for row in grid if row["point_id"] == nearest["point_id"] and row["seed"] == nearest["seed"]]
-    return max(same, key=lambda row: row["normal_stress_pa"] or 0.0)
+    return max(same, key=lambda row: max((row[load] or 0.0 for load in LOADS), default=0.0))
 
 
 def planned_stages(results: str) -> list[str]:
@@ -191,54 +212,21 @@ def proposed_rows(path: str) -> list[dict]:
     try:
         return plain_rows(read_table(path, "design"))
     except TableError as error:
-        raise WorkflowError(str(error)) from None
+        raise StudyError(str(error)) from None
 
 
 def experiment_settings(config: dict, row: dict) -> dict:
-    """What a simulation depends on beside its design row: protocol, engine and fidelity (purposes do not count)."""
-    experiment, fidelity = row["experiment"], config["fidelity"][row["fidelity"]]
-    protocol = PROTOCOL[experiment]
-    settings = {key: config[experiment][key] for key in protocol}
-    scaled = config["design"]["geometry"] == "scaled"
-    settings["scale_radius_m"] = row["radius_m"] if scaled else config["material"]["radius_m"]
-    grown = settings["scale_radius_m"] / config["material"]["radius_m"]
-    if experiment == "repose":
-        settings["lift_speed_m_s"] = fidelity["lift_speed_m_s"]
-        # the tube's way grows with the geometry, so the time to lift it does too; the column's stress grows as well
-        settings["max_time_s"] *= grown
-        softening = {"repose_stiffness_reduction": repose_softening(fidelity["repose_stiffness_reduction"], grown)}
-    else:
-        settings["inertial_number"] = fidelity["shear_inertial_number"]
-        softening = {"shear_stiffness_number": fidelity["shear_stiffness_number"]}
-    return {
-        "setup": settings,
-        "engine": {
-            "rolling_model": config["engine"]["rolling_model"],
-            "damping_model": config["engine"]["damping_model"],
-            "precision": config["engine"]["precision"],
-            "energy_ledger": config["engine"]["energy_ledger"],
-            "gravity_m_s2": config["engine"]["gravity_m_s2"],
-            "time_step_rayleigh_ratio": fidelity[f"{experiment}_time_step_rayleigh_ratio"],
-        },
-        "softening": softening,
-    }
-
-
-def repose_softening(reduction: float, grown: float) -> float:
-    """Stiffness reduction of a heap whose geometry is `grown` times the base's: in proportion less where it is larger.
-
-    E*/(rho g r) is then the same for all radii from the base's on. Never more than configured: 1 stays the grains' own stiffness.
-    """
-    return max(1.0, reduction / max(1.0, grown))
+    """What a simulation depends on beside its design row: keyword arguments of its test's setup and of its engine."""
+    return BY_NAME[row["experiment"]].setup(config, row)
 
 
 def soil_files(config: dict) -> list[str]:
     """The soil files of a study, refused with a message that lists what exists when one is missing."""
-    folder = ROOT / "config" / "soils"
+    folder = Path("config/soils")
     for soil in config["soils"]:
         if not (folder / f"{soil}.yaml").is_file():
             known = ", ".join(sorted(path.stem for path in folder.glob("*.yaml")))
-            raise WorkflowError(f"soils: there is no config/soils/{soil}.yaml; existing soils: {known}.")
+            raise StudyError(f"soils: there is no config/soils/{soil}.yaml; existing soils: {known}.")
     return [f"config/soils/{soil}.yaml" for soil in config["soils"]]
 
 
@@ -248,14 +236,14 @@ def first_answer_soils(soil: str | None, config: dict) -> dict[str, str]:
         return dict(zip(config["soils"], soil_files(config), strict=True))
     path = soil if Path(soil).suffix in (".yaml", ".yml") else soil_files({"soils": [soil]})[0]
     if not Path(path).is_file():
-        raise WorkflowError(f"soil: there is no file {path}; allowed: a soil file (.yaml), or a name in config/soils.")
+        raise StudyError(f"soil: there is no file {path}; allowed: a soil file (.yaml), or a name in config/soils.")
     name = Path(path).stem
-    if not re.fullmatch(SOIL_NAME, name):
-        raise WorkflowError(f"soil: the file's name is {name!r}; allowed: letters, digits, - and _, as it names the result.")
+    if not re.fullmatch(NAME, name):
+        raise StudyError(f"soil: the file's name is {name!r}; allowed: letters, digits, - and _, as it names the result.")
     try:
         measure_soil(path)
     except CalibrationError as error:
-        raise WorkflowError(str(error)) from None
+        raise StudyError(str(error)) from None
     return {name: path}
 
 
@@ -264,14 +252,14 @@ def raw_files(soils: list[str]) -> list[str]:
     try:
         return [path.as_posix() for soil in soils for path in laboratory_files(soil)]
     except CalibrationError as error:
-        raise WorkflowError(str(error)) from None
+        raise StudyError(str(error)) from None
 
 
 def check_soils(config: dict) -> None:
     """Read every soil file, so that an impossible target is refused before anything is simulated; cases must name a soil."""
     try:
         for path in soil_files(config):
-            measure_soil(ROOT / path)
+            measure_soil(path)
         known = [*config["soils"], *config["twins"]]
         for case in config["optimise"]["cases"]:
             demand(case["soil"] in known, f"optimise.cases: soil of {case['case']}", case["soil"], f"one of {known}")
@@ -287,23 +275,4 @@ def check_soils(config: dict) -> None:
             "0 when surrogate.*.model is quadratic throughout: polynomials cannot be refined at a point",
         )
     except CalibrationError as error:
-        raise WorkflowError(str(error)) from None
-
-
-def fingerprint(folder: str, without: str | None = None) -> str:
-    """Hash of the parsed source of a package, so that comments and layout do not count (12 hex digits)."""
-    digest = hashlib.sha256()
-    for path in sorted((ROOT / folder).rglob("*.py")):
-        if without is not None and (ROOT / without) in path.parents:
-            continue
-        digest.update(path.relative_to(ROOT).as_posix().encode())
-        digest.update(ast.unparse(without_docstrings(ast.parse(path.read_text()))).encode())
-    return digest.hexdigest()[:12]
-
-
-def without_docstrings(tree: ast.Module) -> ast.Module:
-    """The tree with every docstring removed: they are comments too."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node) is not None:
-            node.body = node.body[1:] or [ast.Pass()]
-    return tree
+        raise StudyError(str(error)) from None

@@ -1,7 +1,8 @@
 """Parquet in and out: every table is checked against its schema and carries its provenance in the file's metadata.
 
 schemas/<name>.yaml lists the columns of a table: type (string, integer, number, boolean), unit, meaning, and optionally
-minimum, maximum, allowed values and whether values may be missing; `includes` takes over the columns of other tables. Columns
+minimum, maximum, allowed values and whether values may be missing; `includes` takes over the columns of other tables. A column with
+{response} or {load} in its name stands for one per response or load; `allowed: experiments` or `responses` for their names. Columns
 beyond the listed ones (a further material property, say) are let through. Simulations write dicts of columns, so that their short
 jobs need not import pandas.
 """
@@ -10,6 +11,7 @@ import contextlib
 import functools
 import itertools
 import json
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +21,10 @@ import yaml
 
 from virtual_soil.campaign.batches import may_hold
 from virtual_soil.campaign.files import whole
+from virtual_soil.errors import InputError
 
-SCHEMAS = Path(__file__).with_name("schemas")
+#: Folders of schemas: those of the campaign, and those of every experiment.
+SCHEMAS = (Path(__file__).with_name("schemas"), *sorted(Path(__file__).with_name("experiments").glob("*/schemas")))
 METADATA_KEY = b"virtual_soil"
 
 KINDS = {"string": "OTU", "integer": "iu", "number": "fiu", "boolean": "b"}
@@ -37,18 +41,46 @@ UNREADABLE = (pa.ArrowException, OSError, ValueError, TypeError, KeyError, Overf
 ADVICE = "Delete it and run again."
 
 
-class TableError(ValueError):
+class TableError(InputError, ValueError):
     """A table that does not obey its schema, or a file that is no table."""
 
 
 @functools.cache
 def load_schema(name: str) -> dict[str, dict]:
     """Rules of a table's columns, those of the schemas that it includes first."""
-    schema = yaml.safe_load((SCHEMAS / f"{name}.yaml").read_text())
+    (path,) = (folder / f"{name}.yaml" for folder in SCHEMAS if (folder / f"{name}.yaml").is_file())
+    schema = yaml.safe_load(path.read_text(encoding="utf-8"))
     columns: dict[str, dict] = {}
     for other in schema.get("includes", ()):
         columns |= load_schema(other)
-    return columns | schema["columns"]
+    for column, rule in schema["columns"].items():
+        columns |= dict(expanded(column, rule))
+    return columns
+
+
+def expanded(column: str, rule: dict):
+    """Yield the columns of an entry of a schema: one per response or load, where its name says so; and named lists in `allowed`."""
+    known = names()
+    if isinstance(rule.get("allowed"), str):
+        rule = rule | {"allowed": known[rule["allowed"]]}
+    place = next((place for place in ("{response}", "{load}") if place in column), None)
+    for name in known[place] if place else ("",):
+        yield column.replace(place or "", name) if place else column, rule
+
+
+@functools.cache
+def names() -> dict[str, list[str]]:
+    """What a schema may name: experiments and responses, columns of responses and loads.
+
+    The list of experiments is imported by name: a schema only refuses, so that no result depends on it.
+    """
+    registry = import_module("virtual_soil.campaign.experiments.registry")
+    return {
+        "experiments": [experiment.NAME for experiment in registry.EXPERIMENTS],
+        "responses": list(registry.RESPONSES),
+        "{response}": [response.column for response in registry.RESPONSES.values()],
+        "{load}": list(registry.LOADS),
+    }
 
 
 def check_table(table, name: str, source: str):

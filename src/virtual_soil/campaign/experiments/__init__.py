@@ -1,21 +1,23 @@
-"""The virtual tests of a campaign: the only list of them, and of the responses that they measure."""
+"""The virtual tests of a campaign, a package each; `registry` is the only list of them.
 
-from virtual_soil.calibration.response import Response, Responses
+An experiment is a package with the schemas of its tables and with modules that have the names in MODULES. `declared` gives its
+settings, responses and cost; `simulate` runs it as a job; `measure` reads its results; `laboratory` reads the
+laboratory's own tests, where a soil file may hold such. All but `declared` are imported by name where they are needed, so that a
+change in one reruns only what it made.
+"""
 
-RESPONSES: Responses = {
-    response.name: response
-    for response in (
-        Response(
-            name="cohesion", column="cohesion_pa", unit="Pa", symbol="c", table="strength", error_column="cohesion_se_pa",
-            signed=True, smallest_scale=10.0,
-        ),
-        Response(
-            name="friction_angle", column="friction_angle_deg", unit="deg", symbol="φ", table="strength",
-            error_column="friction_angle_se_deg", maximum=90.0,
-        ),
-        Response(
-            name="angle_of_repose", column="angle_of_repose_deg", unit="deg", symbol="A", table="repose", maximum=90.0,
-            sweep_form="log",
-        ),
-    )
-}  # fmt: skip
+#: Module of an experiment -> names that it must have.
+MODULES = {
+    "declared": (
+        *("NAME", "NOUNS", "RESPONSES", "LOAD", "COMPARED", "REDUCED", "MEASURED_FROM", "LABORATORY", "SEEDS", "Settings"),
+        *("Fidelity", "CHECK", "REFERENCE", "loads", "check_loads", "canonical", "setup", "cost"),
+    ),
+    "simulate": ("STAGES", "MOMENTS", "HISTORY", "run", "row_of"),
+    "measure": ("measured", "reduce"),
+    "laboratory": ("KEYS", "read"),
+}
+
+
+def module_of(experiment: str, part: str) -> str:
+    """Full name of a module of an experiment."""
+    return f"{__name__}.{experiment}.{part}"

@@ -1,4 +1,4 @@
-"""Adapt rule `verify_engine` to `verification.GROUPS`."""
+"""Adapt rule `check_engine` to `verification.GROUPS`."""
 
 from _log import log_to
 from virtual_soil.campaign.tables import write_table

@@ -329,3 +329,31 @@ def unit_key(unit: str) -> str:
 def shown(text: str) -> str:
     """A cell in a message, shortened."""
     return repr(text if len(text) <= 40 else text[:40] + "...") if text else "empty"
+
+
+def laboratory_path(soil: Path, key: str, entry, known: frozenset[str]) -> Path:
+    """The laboratory file of one entry with known keys; it lies beside the soil file or below."""
+    ok = isinstance(entry, dict) and isinstance(entry.get("file"), str) and set(entry) <= known
+    demand(ok, f"{soil}: {key}", repr(entry), f"a mapping with the key file and others of {sorted(known)}")
+    demand("\0" not in entry["file"], f"{soil}: {key}.file", repr(entry["file"]), "a file beside the soil file")
+    path = soil.parent / entry["file"]
+    inside = path.resolve().is_relative_to(soil.parent.resolve())
+    demand(inside, f"{soil}: {key}.file", entry["file"], "a file beside the soil file")
+    return path
+
+
+def readings(soil: Path, key: str, entry, known: frozenset[str], quantities: tuple[str, ...]) -> Readings:
+    """The readings in a laboratory file."""
+    path = laboratory_path(soil, key, entry, known)
+    demand(isinstance(entry.get("source", ""), str), f"{soil}: {key}.source", repr(entry.get("source")), "a text")
+    return read_laboratory(path, quantities, entry.get("columns"), entry.get("decimal"), f"{soil}: {key}")
+
+
+def skipped(found: Readings) -> str:
+    """Number of rows that a method skipped, for its description."""
+    return f", {found.n_skipped} empty rows skipped" if found.n_skipped else ""
+
+
+def is_number(value) -> bool:
+    """Whether a value from YAML is a finite number."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(float(value)))

@@ -4,7 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from virtual_soil.calibration import CalibrationError, fit_line, strength_table
+from virtual_soil.calibration.errors import CalibrationError
+from virtual_soil.campaign.experiments.shear.mohr_coulomb import fit_line, strength_table
 
 STRESSES = np.array([100.0, 200.0, 400.0, 800.0])
 

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from virtual_soil.calibration import CalibrationError, laboratory_files, measure_soil
+from virtual_soil.calibration.errors import CalibrationError
+from virtual_soil.campaign.soils import laboratory_files, measure_soil
 
 EXAMPLE = Path(__file__).parents[2] / "config/soils/example/example.yaml"
 

@@ -1,4 +1,4 @@
-"""Adapt rule `verify_bulk_part` to `verification.bulk.run`."""
+"""Adapt rule `check_bulk_part` to `verification.bulk.run`."""
 
 import pandas as pd
 

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from virtual_soil.calibration.errors import demand
+from virtual_soil.campaign.experiments.common import SOIL_KEYS
 
 #: Fewer distinct normal stresses do not make a line with an error.
 LEAST_STRESSES = 3
@@ -21,12 +22,6 @@ COLUMNS = {
     ("peak", "applied"): ("peak_shear_stress_pa", "normal_stress_pa"),
     ("plateau", "applied"): ("plateau_shear_stress_pa", "normal_stress_pa"),
 }
-RESULTS = {
-    "simulation_id", "experiment", "purposes", "normal_stress_pa", "seed", "status", "reason", "n_particles", "n_steps",
-    "simulated_time_s", "wall_time_s", "peak_shear_stress_pa", "plateau_shear_stress_pa", "plane_normal_stress_pa",
-    "peak_plane_normal_stress_pa", "lid_slip_ratio", "inertial_number", "stiffness_reduction", "max_overlap_ratio",
-    "solid_fraction", "dilation_m",
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -74,23 +69,19 @@ def fit_line(normal_stress_pa: np.ndarray, shear_strength_pa: np.ndarray) -> Str
     )
 
 
-def strength_table(shear: pd.DataFrame, strength: str, normal_stress: str) -> pd.DataFrame:
-    """One row per design point and fidelity: its material values and its strength line.
+def strength_table(shear: pd.DataFrame, strength: str, normal_stress: str, by_seed: bool = False) -> pd.DataFrame:
+    """One row per design point and fidelity (and seed, if by_seed): its material values and its strength line.
 
     Failed simulations do not count; points with fewer than three distinct applied stresses left are not in the table.
     strength is "peak" or "plateau"; normal_stress "plane" or "applied".
     """
-    material = [column for column in shear.columns if column not in RESULTS]
-    rows = []
-    for point, line in lines(shear, ["point_id", "fidelity"], strength, normal_stress):
-        purposes = ",".join(dict.fromkeys(",".join(point["purposes"]).split(",")))
-        rows.append({**point.iloc[0][material].to_dict(), "purposes": purposes, **vars(line)})
-    return pd.DataFrame(rows, columns=[*material, "purposes", *StrengthLine.__dataclass_fields__])
-
-
-def lines(shear: pd.DataFrame, keys: list[str], strength: str, normal_stress: str):
-    """Yield (runs, StrengthLine) of every group of finished shear tests that has enough normal stresses for a line."""
+    keys = ["point_id", "fidelity", *(["seed"] if by_seed else [])]
+    kept = ["fidelity", "point_id", *sorted(set(SOIL_KEYS) & set(shear.columns)), *keys[2:]]
     tau_column, p_column = COLUMNS[strength, normal_stress]
+    rows = []
     for _, runs in shear[shear["status"] == "done"].groupby(keys, sort=False):
         if runs["normal_stress_pa"].nunique() >= LEAST_STRESSES:
-            yield runs, fit_line(runs[p_column].to_numpy(), runs[tau_column].to_numpy())
+            purposes = ",".join(dict.fromkeys(",".join(runs["purposes"]).split(",")))
+            line = fit_line(runs[p_column].to_numpy(), runs[tau_column].to_numpy())
+            rows.append({**runs.iloc[0][kept].to_dict(), "purposes": purposes, **vars(line)})
+    return pd.DataFrame(rows, columns=[*kept, "purposes", *StrengthLine.__dataclass_fields__])

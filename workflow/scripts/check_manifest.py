@@ -1,4 +1,4 @@
-"""Adapt rule `verify_results` to `_manifest`: one line for every file that is not as it was written; any such fails the job."""
+"""Adapt rule `check_manifest` to `virtual_soil.campaign.manifest`: print every file that is not as it was written; such fail."""
 
 import sys
 

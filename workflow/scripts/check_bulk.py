@@ -1,4 +1,4 @@
-"""Adapt rule `verify_bulk` to `verification.bulk.checks`."""
+"""Adapt rule `check_bulk` to `verification.bulk.checks`."""
 
 import pandas as pd
 

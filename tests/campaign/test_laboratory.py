@@ -7,8 +7,9 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from virtual_soil.calibration import CalibrationError, measure_soil
-from virtual_soil.calibration.laboratory import UNITS, read_laboratory
+from virtual_soil.calibration.errors import CalibrationError
+from virtual_soil.campaign.laboratory import UNITS, read_laboratory
+from virtual_soil.campaign.soils import measure_soil
 
 SHEAR = ("test", "normal_stress", "displacement", "force")
 PLAIN = "test,normal_stress_pa,displacement_m,force_n\n1,10000,0.001,36.5\n2,20000,0.002,72.25\n"

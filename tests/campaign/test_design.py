@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from virtual_soil.calibration import CalibrationError, expand, further
+from virtual_soil.calibration.errors import CalibrationError
+from virtual_soil.campaign.design import expand, further
 
 CONFIG = yaml.safe_load((Path(__file__).parents[2] / "config" / "config.yaml").read_text())
 

@@ -4,35 +4,36 @@ Grid: full factorial of the grid variables at the base material. Sweep: each swe
 grid variables. Screening: one parameter changed at a time. Check: a few points at both fidelities. Twin: hidden soils, simulated
 to be found again. Simulations that several of these need are made once and carry all their purposes.
 
-A simulation's identifier is a hash of what is simulated, not of its place in the table: adding a value, a seed or a stress leaves
-all other identifiers, and so their results, as they are. Points whose grains can only slide share a simulation (see
-`as_simulated`); each has its own row.
+A simulation's identifier is a hash of what is simulated, not of its place in the table: adding a value, a seed or a load leaves
+all other identifiers, and so their results, as they are. Points that an experiment simulates alike share a simulation (see its
+`canonical`); each has its own row.
 """
 
-import hashlib
 import itertools
-import json
 import math
 
 import pandas as pd
 
 from virtual_soil.calibration.errors import demand
+from virtual_soil.calibration.points import hashed, point_at, point_id
 from virtual_soil.calibration.surrogate import n_factor_terms
+from virtual_soil.campaign.experiments.registry import BY_NAME, EXPERIMENTS, LOADS
 
-SEED_KEYS = {"repose_seeds", "shear_seeds"}
+#: Experiment -> key of its seeds in every stage of a study.
+SEED_KEYS = {experiment.NAME: f"{experiment.NAME}_seeds" for experiment in EXPERIMENTS}
 #: Each round of refinement adds this to its seeds, so that an optimum that stays where it is is still simulated anew.
 SEED_STEP = 1000
 
 
 def expand(config: dict) -> pd.DataFrame:
-    """The design table of a study, a row for each result of a point (`normal_stress_pa` is NaN for heaps).
+    """The design table of a study, a row for each result of a point (a load is NaN where an experiment has none).
 
     Raises CalibrationError naming the key when the design contradicts itself.
     """
     check_design(config)
     rows: dict[tuple[str, str], dict] = {}
-    for purpose, experiment, fidelity, material, stress, seed in wanted(config):
-        row = design_row(config, experiment, fidelity, material, stress, seed)
+    for purpose, *what in wanted(config):
+        row = design_row(config, *what)
         known = rows.setdefault((row["simulation_id"], row["point_id"]), {**row, "purposes": []})
         if purpose not in known["purposes"]:
             known["purposes"].append(purpose)
@@ -45,64 +46,70 @@ def ordered(table: pd.DataFrame) -> pd.DataFrame:
     """The design table in an order that does not depend on the order of keys in a file."""
     values = [column for column in table.columns if column not in ("simulation_id", "point_id", "purposes")]
     leading = ["experiment", "fidelity"]
-    trailing = ["normal_stress_pa", "seed"]
+    trailing = [*LOADS, "seed"]
     material = sorted(set(values) - set(leading) - set(trailing))
     return table.sort_values([*leading, *material, *trailing], ignore_index=True)
 
 
 def further(config: dict, purpose: str, points: list[dict], seeds: dict) -> pd.DataFrame:
-    """Design table of both experiments at further points: values of the design variables, rounded to four digits.
+    """Design table of all experiments at further points: values of the design variables, rounded to four digits.
 
-    config : material, design, repose, shear, engine of the study. seeds : repose_seeds, shear_seeds. A point that occurs twice is
-    simulated once. Without points the table is empty.
+    config : material, design, engine and the experiments' sections of the study. seeds : <experiment>_seeds. A point that occurs
+    twice is simulated once. Without points the table is empty.
     """
     rows = {}
     for values in points:
         material = point_at(config["material"], values)
-        stresses = config["shear"]["normal_stresses_pa"]
-        for _, *what in both(purpose, "campaign", material, stresses, seeds["repose_seeds"], seeds["shear_seeds"]):
+        for _, *what in every_test(purpose, "campaign", material, campaign_loads(config), seeds):
             row = design_row(config, *what)
             rows[row["simulation_id"], row["point_id"]] = {**row, "purposes": purpose}
-    template = {**make_row("repose", "campaign", config["material"], math.nan, 0), "purposes": purpose}
+    template = {**make_row(EXPERIMENTS[0].NAME, "campaign", config["material"], math.nan, 0), "purposes": purpose}
     return ordered(pd.DataFrame(list(rows.values()), columns=list(template)).astype({k: type(v) for k, v in template.items()}))
 
 
-def point_at(base: dict, values: dict) -> dict:
-    """The material with some values changed; four digits are as much as any test can tell, and make the same point the same."""
-    return {**base, **{name: float(f"{value:.4g}") for name, value in values.items()}}
-
-
-def point_id(material: dict) -> str:
-    """Hash of the material values."""
-    return hashed({key: float(material[key]) for key in sorted(material)}, 8)
-
-
 def wanted(config: dict):
-    """Yield (purpose, experiment, fidelity, material, normal stress, seed) of every simulation, repeats included."""
-    base, design, screening = config["material"], config["design"], config["screening"]
-    check, stresses = config["fidelity"]["check"], config["shear"]["normal_stresses_pa"]
+    """Yield (purpose, experiment, fidelity, material, load, seed) of every simulation, repeats included."""
+    base, design, check, loads = config["material"], config["design"], config["fidelity"]["check"], campaign_loads(config)
     for purpose, materials in (("grid", grid_points(base, design["grid"])), ("sweep", sweep_points(base, design))):
         for material in materials:
-            yield from both(purpose, "campaign", material, stresses, design["repose_seeds"], design["shear_seeds"])
-    for seed in screening["base_seeds"]:
-        yield "screening", "repose", "campaign", base, math.nan, seed
-    for parameter, value in screening["changes"].items():
-        for seed in screening["changed_seeds"]:
-            yield "screening", "repose", "campaign", {**base, parameter: value}, math.nan, seed
+            yield from every_test(purpose, "campaign", material, loads, design)
+    yield from screened(config)
+    checked = {experiment.NAME: experiment.check_loads(config) for experiment in EXPERIMENTS}
     for couple, fidelity in itertools.product(check["couples"], ("campaign", "reference")):
         material = {**base, **couple}
-        yield from both("check", fidelity, material, check["normal_stresses_pa"], check["repose_seeds"], check["shear_seeds"])
+        yield from every_test("check", fidelity, material, checked, check)
     for twin in config["twins"].values():
         material = point_at(base, {name: twin[name] for name in design["variables"]})
-        yield from both("twin", "campaign", material, stresses, twin["repose_seeds"], twin["shear_seeds"])
+        yield from every_test("twin", "campaign", material, loads, twin)
 
 
-def both(purpose, fidelity, material, stresses, repose_seeds, shear_seeds):
-    """Both experiments on one material."""
-    for seed in repose_seeds:
-        yield purpose, "repose", fidelity, material, math.nan, seed
-    for stress, seed in itertools.product(stresses, shear_seeds):
-        yield purpose, "shear", fidelity, material, stress, seed
+def screened(config: dict):
+    """Yield the simulations of the screening: the base set and one parameter changed at a time, in the screened test alone."""
+    screening, experiment = config["screening"], screened_experiment(config)
+    materials = [(config["material"], screening["base_seeds"])]
+    materials += [
+        ({**config["material"], parameter: value}, screening["changed_seeds"]) for parameter, value in screening["changes"].items()
+    ]
+    for material, seeds in materials:
+        for load, seed in itertools.product(experiment.loads(config), seeds):
+            yield "screening", experiment.NAME, "campaign", material, load, seed
+
+
+def screened_experiment(config: dict):
+    """The experiment that measures the screened response."""
+    return next(test for test in EXPERIMENTS if config["screening"]["response"] in [response.name for response in test.RESPONSES])
+
+
+def campaign_loads(config: dict) -> dict[str, list[float]]:
+    """Experiment -> loads of its simulations in the campaign."""
+    return {experiment.NAME: experiment.loads(config) for experiment in EXPERIMENTS}
+
+
+def every_test(purpose: str, fidelity: str, material: dict, loads: dict[str, list[float]], seeds: dict):
+    """Yield all experiments on one material; loads : by experiment, seeds : <experiment>_seeds."""
+    for experiment, key in SEED_KEYS.items():
+        for load, seed in itertools.product(loads[experiment], seeds[key]):
+            yield purpose, experiment, fidelity, material, load, seed
 
 
 def grid_points(base: dict, grid: dict[str, list[float]]) -> list[dict]:
@@ -120,55 +127,31 @@ def sweep_points(base: dict, design: dict) -> list[dict]:
     ]
 
 
-def design_row(config: dict, experiment, fidelity, material, stress, seed) -> dict:
+def design_row(config: dict, experiment: str, fidelity: str, material: dict, load: float, seed: int) -> dict:
     """One row of the design table, purposes excepted: the point's values, and the simulation that gives its result."""
-    simulated = make_row(experiment, fidelity, as_simulated(material, config, experiment), stress, seed)
-    return {**make_row(experiment, fidelity, material, stress, seed), "simulation_id": simulated["simulation_id"]}
+    canonical = BY_NAME[experiment].canonical(material, config)
+    simulated = make_row(experiment, fidelity, canonical, load, seed)
+    return {**make_row(experiment, fidelity, material, load, seed), "simulation_id": simulated["simulation_id"]}
 
 
-def as_simulated(material: dict, config: dict, experiment: str) -> dict:
-    """The material that is simulated for a point: where grains can only slide, rolling friction is twice the static one.
-
-    Friction turns a grain by at most mu_s F_n R at a contact, and resistance of type A (`dem.contact.rolling`) stops whatever spin
-    a torque of mu_r F_n R can stop. Where mu_s < mu_r at all its contacts, a grain at rest never begins to spin, so simulations
-    that differ in nothing but such a mu_r are one to the last bit. Where mu_s = mu_r they are not: rounding decides then.
-    """
-    sliding = material["static_friction"]
-    if config["engine"]["rolling_model"] != "type_a" or material["rolling_friction"] <= sliding:
-        return material
-    rolling = 2.0 * sliding
-    if experiment == "repose":
-        wall_sliding, wall_rolling = config["repose"]["wall_static_friction"], config["repose"]["wall_rolling_friction"]
-        wall_sliding = sliding if wall_sliding is None else wall_sliding
-        wall_rolling = rolling if wall_rolling is None else wall_rolling
-    else:
-        wall_sliding, wall_rolling = config["shear"]["frame_static_friction"], 0.0
-    only_slide = wall_sliding == 0.0 or wall_sliding < wall_rolling
-    return {**material, "rolling_friction": rolling} if only_slide else material
-
-
-def make_row(experiment, fidelity, material, stress, seed) -> dict:
-    """What a simulation of a material is, as a row of the design table, purposes excepted."""
+def make_row(experiment: str, fidelity: str, material: dict, load: float, seed: int) -> dict:
+    """A simulation of a material as a row of the design table, purposes excepted."""
     material = {key: float(material[key]) for key in sorted(material)}
-    what = [experiment, fidelity, material, None if math.isnan(stress) else float(stress), int(seed)]
+    what = [experiment, fidelity, material, None if math.isnan(load) else float(load), int(seed)]
+    loads = {name: float(load) if name == BY_NAME[experiment].LOAD else math.nan for name in LOADS}
     return {
         "simulation_id": hashed(what, 10),
         "experiment": experiment,
         "fidelity": fidelity,
         "point_id": point_id(material),
         **material,
-        "normal_stress_pa": float(stress),
+        **loads,
         "seed": int(seed),
     }
 
 
-def hashed(value, n_digits: int) -> str:
-    """Hexadecimal digits of the hash of a JSON-like value; the order of keys does not count."""
-    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:n_digits]
-
-
 def screening_seeds(config: dict) -> list[int]:
-    """Seeds of the screening's heaps."""
+    """Seeds of the screening."""
     return [*config["screening"]["base_seeds"], *config["screening"]["changed_seeds"]]
 
 
@@ -178,6 +161,17 @@ def check_sweep(name: str, levels: list[float], n_couples: int, forms: set[str])
         demand(len(levels) > 2, f"design.sweep.{name}", levels, "at least three values, or g's square is not determined")
     n_points, n_terms = n_couples * len(levels), max(n_factor_terms(form) for form in forms)
     demand(n_points > n_terms, f"number of points of design.sweep.{name}", n_points, f"more than the {n_terms} coefficients of g")
+
+
+def check_seeds(config: dict) -> None:
+    """Raise CalibrationError when the answer would be verified with seeds that a fit has seen."""
+    for experiment, key in SEED_KEYS.items():
+        seen = {seed + SEED_STEP * k for seed in config["refine"][key] for k in range(config["refine"]["rounds"])}
+        seen |= set(config["design"][key])
+        if experiment == screened_experiment(config).NAME:
+            seen |= set(screening_seeds(config))
+        again = sorted(seen & set(config["verify"][key]))
+        demand(not again, f"verify.{key}", again, "seeds that the campaign and its refinement do not use")
 
 
 def check_design(config: dict) -> None:
@@ -212,14 +206,14 @@ def check_design(config: dict) -> None:
         demand(len(levels) > 2, f"design.grid.{name}", levels, "at least three values, or f's square is not determined")
     for name, levels in design["sweep"].items():
         check_sweep(name, levels, len(design["sweep_couples"]), {form["g"] for form in config["surrogate"].values()})
-    for test in ("repose_seeds", "shear_seeds"):
-        refined = {seed + SEED_STEP * k for seed in config["refine"][test] for k in range(config["refine"]["rounds"])}
-        seen = refined | set(design[test]) | (set(screening_seeds(config)) if test == "repose_seeds" else set())
-        again = sorted(seen & set(config["verify"][test]))
-        demand(not again, f"verify.{test}", again, "seeds that the campaign and its refinement do not use")
+    check_seeds(config)
+    named = design["variables"]
     for twin, entry in config["twins"].items():
         demand(
-            set(entry) - SEED_KEYS == set(design["variables"]), f"twins.{twin}", sorted(entry), f"{design['variables']} and seeds"
+            set(entry) - set(SEED_KEYS.values()) == set(design["variables"]),
+            f"twins.{twin}",
+            sorted(entry),
+            f"{named} and seeds",
         )
         for name in design["variables"]:
             low, high = min(values[name]), max(values[name])

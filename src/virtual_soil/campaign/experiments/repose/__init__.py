@@ -1,0 +1,1 @@
+"""The angle-of-repose test in a campaign."""

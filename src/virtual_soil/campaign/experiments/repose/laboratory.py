@@ -1,0 +1,30 @@
+"""The laboratory's heaps, from a file of angles of repose."""
+
+from pathlib import Path
+
+import numpy as np
+
+from virtual_soil.calibration.errors import demand
+from virtual_soil.campaign.laboratory import readings, skipped
+
+#: Keys of the entry in a soil file.
+KEYS = frozenset({"file", "source", "columns", "decimal"})
+
+
+def read(soil: Path, entry) -> list[dict]:
+    """Angle of repose from several heaps: mean and its standard error."""
+    found = readings(soil, "repose_csv", entry, KEYS, ("angle_of_repose",))
+    angles = found.table["angle_of_repose_deg"].to_numpy()
+    wrong = angles[(angles <= 0) | (angles >= 90)]
+    where = f"{soil.parent / entry['file']}: angle of repose"
+    demand(not len(wrong), where, f"{wrong[0] if len(wrong) else 0:g} deg", "above 0 and below 90 deg")
+    error = angles.std(ddof=1) / np.sqrt(len(angles)) if len(angles) > 1 else np.nan
+    return [
+        {
+            "property": "angle_of_repose",
+            "value": float(angles.mean()),
+            "standard_uncertainty": float(error),
+            "source": entry.get("source", entry["file"]),
+            "method": f"mean of {len(angles)} heaps{skipped(found)}",
+        }
+    ]

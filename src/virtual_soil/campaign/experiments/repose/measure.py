@@ -1,0 +1,31 @@
+"""Angles of repose from stored heaps."""
+
+import pandas as pd
+
+from dem.measure.heap import measure_heap
+
+NOTHING = {"angle_profile_deg": None, "angle_silhouette_deg": None, "angle_azimuth_sd_deg": None, "heap_height_m": None}
+
+
+def measured(run: dict, grains: pd.DataFrame | None, settings: dict) -> dict:
+    """A run's row with its angles; a run without a heap to measure has none, one with nothing standing has 0.
+
+    settings : the experiment's section of the configuration.
+    """
+    row = {**run, **angles(run, grains)}
+    return {**row, "angle_of_repose_deg": row[f"angle_{settings['estimator']}_deg"]}
+
+
+def angles(run: dict, grains: pd.DataFrame | None) -> dict:
+    """Angles and height of a heap by all estimators, and its status."""
+    if run["status"] == "failed" or grains is None:
+        return dict.fromkeys(NOTHING)
+    if run["status"] == "flat":
+        return dict.fromkeys(NOTHING, 0.0)
+    shape = measure_heap(grains[["x_m", "y_m", "z_m"]].to_numpy(), grains["radius_m"].to_numpy())
+    return {"status": "flat" if shape.is_flat else run["status"], **{key: getattr(shape, key) for key in NOTHING}}
+
+
+def reduce(table: str, runs: pd.DataFrame, settings: dict, by_seed: bool = False) -> pd.DataFrame:
+    """The runs themselves: each gives the response of its point and seed."""
+    return runs

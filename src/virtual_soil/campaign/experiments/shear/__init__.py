@@ -1,0 +1,1 @@
+"""The direct-shear test in a campaign."""

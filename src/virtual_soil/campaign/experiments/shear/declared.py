@@ -1,0 +1,174 @@
+"""The direct-shear test in a campaign: what it is configured by, what it measures, what it costs.
+
+The test itself is `dem.experiments.direct_shear`; `simulate` runs it as a job, `measure` reads its curves, `mohr_coulomb` fits the
+strength line through the tests of a point.
+"""
+
+from dataclasses import dataclass
+
+from dem.experiments import direct_shear
+from virtual_soil.calibration.response import Response
+from virtual_soil.campaign.experiments.common import engine_of, grain_volume_m3, scale_m, sliding, soil_of, time_step_s
+from virtual_soil.campaign.settings import choice, setting
+
+NAME = "shear"
+#: Nouns for one and several of its simulations.
+NOUNS = ("shear test", "shear tests")
+
+RESPONSES = (
+    Response(
+        name="cohesion",
+        column="cohesion_pa",
+        unit="Pa",
+        symbol="c",
+        table="strength",
+        error_column="cohesion_se_pa",
+        signed=True,
+        smallest_scale=10.0,  # dry sand has none, and shear tests do not tell a few Pa from zero
+    ),
+    Response(
+        name="friction_angle",
+        column="friction_angle_deg",
+        unit="deg",
+        symbol="φ",
+        table="strength",
+        error_column="friction_angle_se_deg",
+        maximum=90.0,
+    ),
+)
+#: Column of the load that a simulation is made at.
+LOAD = "normal_stress_pa"
+#: Quantity by which the accelerated test is compared with the reference.
+COMPARED = "shear_stress_ratio"
+#: Tables that `measure.reduce` makes of the table of all runs.
+REDUCED = ("strength",)
+#: The stored table that `measure.measured` reads.
+MEASURED_FROM = "history"
+
+#: Entry of a soil file that `laboratory` reads.
+LABORATORY = "direct_shear_csv"
+
+#: Default seeds of each stage.
+SEEDS = {"design": [1, 2], "check": [1, 2], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
+
+#: Inertial times, and smallest number of steps, until the lid stands still.
+CONSOLIDATION_TIMES, CONSOLIDATION_STEPS = 40.0, 5500
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """Direct-shear test: a periodic slice of soil is sheared in a split box under a loaded lid."""
+
+    length_ratio: float = setting("box length in grain radii", 60.0, minimum=10)
+    height_ratio: float = setting("nominal filling height in grain radii", 32.0, minimum=8)
+    width_ratio: float = setting("thickness of the periodic slice in grain radii", 5.0, above=4.8)
+    normal_stresses_pa: list[float] = setting(
+        "stresses on the lid", [125.0, 250.0, 500.0, 1000.0], above=0, of={"minItems": 3, "uniqueItems": True}
+    )
+    displacement_ratio: float = setting("displacement of the lower frame in grain radii", 9.0, above=0)
+    frame_static_friction: float = setting(
+        "of the side walls against grains", 0.0, minimum=0, note="smooth, or they carry the lid's load as in a silo"
+    )
+    preparation_friction_ratio: float = setting(
+        "factor on the grains' friction while the specimen is prepared",
+        0.3,
+        minimum=0,
+        maximum=1,
+        note="Tamped rather than poured (1 = poured). Rough grains that roll badly otherwise stand as a house of cards (solid "
+        "fraction 0.41) that collapses under the lid before it shears.",
+    )
+    strength: str = choice("which strength enters the Mohr-Coulomb line", "plateau", ("peak", "plateau"))
+    normal_stress: str = choice(
+        "which normal stress enters the Mohr-Coulomb line",
+        "plane",
+        ("plane", "applied"),
+        note="plane: as measured on the shear plane; applied: as put on the lid",
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fidelity:
+    """How faithfully shear tests are simulated; the defaults are the campaign's."""
+
+    shear_stiffness_number: float | None = setting(
+        "E*/p of the softened grains in the shear test; null leaves them as stiff as they are",
+        5000.0,
+        above=0,
+        note="p: on the shear plane. The same at every stress: mean overlaps of about 1 % of r.",
+    )
+    shear_time_step_rayleigh_ratio: float = setting(
+        "time step over Rayleigh time in the shear test",
+        0.3,
+        above=0,
+        maximum=0.5,
+        note="Sheared specimens of very rough grains (mu_s = 1.7) overlap by several percent, which stiffens their contacts: at "
+        "0.4 T_R some blow up, at 0.3 none does.",
+    )
+    shear_inertial_number: float = setting(
+        "inertial number of the shear band, sets the shear speed",
+        5e-3,
+        above=0,
+        maximum=0.1,
+        note="I = (U/h) d sqrt(rho/p), h = 10 d: below 1e-2 the strength changes by less than the seeds' scatter.",
+    )
+
+
+#: Further settings of the check points.
+CHECK = {
+    "normal_stresses_pa": (
+        list[float],
+        setting("stresses on the lid at the check points", [500.0], above=0, of={"minItems": 1, "uniqueItems": True}),
+    )
+}
+#: The paper's own fidelity, as far as it differs.
+REFERENCE = {"shear_stiffness_number": None, "shear_time_step_rayleigh_ratio": 0.2, "shear_inertial_number": 2e-3}
+
+
+def loads(config: dict) -> list[float]:
+    """Normal stresses in Pa of the campaign."""
+    return config[NAME]["normal_stresses_pa"]
+
+
+def check_loads(config: dict) -> list[float]:
+    """Normal stresses in Pa of the check points."""
+    return config["fidelity"]["check"]["normal_stresses_pa"]
+
+
+def wall_frictions(material: dict, config: dict) -> tuple[float, float]:
+    """Static and rolling friction of the walls that the grains touch."""
+    return config[NAME]["frame_static_friction"], 0.0
+
+
+def canonical(material: dict, config: dict) -> dict:
+    """The material that is simulated for a point: points with the same one share a simulation."""
+    return sliding(material, config, wall_frictions)
+
+
+def setup(config: dict, row: dict) -> dict:
+    """Keyword arguments of the test's Setup and of the engine, for one row of the design."""
+    fidelity, protocol = config["fidelity"][row["fidelity"]], dict(config[NAME])
+    for key in ("normal_stresses_pa", "strength", "normal_stress"):  # these act on the design and on the results
+        del protocol[key]
+    protocol |= {
+        "scale_radius_m": scale_m(config, row),
+        "inertial_number": fidelity["shear_inertial_number"],
+        "normal_stress_pa": row[LOAD],
+    }
+    engine = {**config["engine"], "time_step_rayleigh_ratio": fidelity["shear_time_step_rayleigh_ratio"]}
+    number, gravity = fidelity["shear_stiffness_number"], engine["gravity_m_s2"]
+    test = direct_shear.Setup(**protocol)
+    return {
+        "setup": protocol,
+        "engine": engine | {"stiffness_reduction": direct_shear.stiffness_reduction(soil_of(row), test, number, gravity)},
+    }
+
+
+def cost(row: dict, settings: dict) -> tuple[int, float]:
+    """Grains and expected steps: the lid comes to rest, then the lower frame moves its displacement."""
+    soil, step = soil_of(row), time_step_s(soil_of(row), engine_of(settings))
+    test = direct_shear.Setup(**settings["setup"])
+    height = test.height_ratio * test.scale_radius_m
+    n = round(direct_shear.FILL_FRACTION * test.area_m2 * height / grain_volume_m3(soil))
+    consolidation = max(CONSOLIDATION_STEPS, CONSOLIDATION_TIMES * direct_shear.inertial_time(soil, test) / step)
+    way_s = test.displacement_ratio * test.scale_radius_m / direct_shear.shear_speed(soil, test)
+    return n, consolidation + way_s / step

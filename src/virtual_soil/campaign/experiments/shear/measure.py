@@ -1,0 +1,30 @@
+"""Shear strengths from stored curves, and the strength line of every point."""
+
+import math
+
+import pandas as pd
+
+from dem.measure.shear import strength
+from virtual_soil.campaign.experiments.shear.mohr_coulomb import strength_table
+
+#: The plateau is the mean over this last fraction of the displacement.
+PLATEAU_WINDOW = 0.3
+STRENGTHS = ("peak_shear_stress_pa", "plateau_shear_stress_pa", "plane_normal_stress_pa", "peak_plane_normal_stress_pa")
+
+
+def measured(run: dict, history: pd.DataFrame | None, settings: dict) -> dict:
+    """A run's row with its strengths and its dilation; a failed run has none.
+
+    settings : the experiment's section of the configuration.
+    """
+    if run["status"] == "failed" or history is None:
+        return {**run, **dict.fromkeys((*STRENGTHS, "dilation_m"), math.nan)}
+    columns = (history[name].to_numpy() for name in ("displacement_m", "shear_stress_pa", "plane_normal_stress_pa"))
+    result = strength(*columns, PLATEAU_WINDOW)
+    dilation = history["lid_height_m"].iloc[-1] - history["lid_height_m"].iloc[0]
+    return {**run, **{key: getattr(result, key) for key in STRENGTHS}, "dilation_m": dilation}
+
+
+def reduce(table: str, runs: pd.DataFrame, settings: dict, by_seed: bool = False) -> pd.DataFrame:
+    """The strength line of every point and fidelity; by_seed: of every seed of these."""
+    return strength_table(runs, settings["strength"], settings["normal_stress"], by_seed)

@@ -1,0 +1,51 @@
+"""From stored simulations to the tables of what they measured, by the experiments' own estimators."""
+
+from importlib import import_module
+
+import pandas as pd
+
+from virtual_soil.campaign.experiments import module_of
+from virtual_soil.campaign.experiments.registry import BY_NAME, REDUCED, RESPONSES
+from virtual_soil.campaign.tables import batch_results, empty_table
+
+
+def measured_table(experiment: str, design: pd.DataFrame, runs, results, timings, settings: dict) -> pd.DataFrame:
+    """One row per row of the design of an experiment, with what its simulation measured.
+
+    runs, results, timings : files of the batches, one by one; results are those that the experiment measures from.
+    settings : the experiment's section of the configuration.
+    """
+    estimate = import_module(module_of(experiment, "measure")).measured
+    schema = {"after": "grains", "before": "grains", "history": f"{experiment}_history"}[BY_NAME[experiment].MEASURED_FROM]
+    found = batch_results(runs, f"{experiment}_run", results, schema, timings)
+    rows = [estimate(run, table, settings) for run, table in found]
+    if not rows:  # a round in which every case is settled
+        return empty_table(experiment)
+    measured = pd.DataFrame(rows)
+    texts = {"simulation_id", "status", "reason"}
+    counts = {name for name in measured if measured[name].dtype.kind == "i"}
+    numbers = {name: float for name in measured if name not in texts | counts}
+    return design.merge(measured.astype(numbers), on="simulation_id", validate="many_to_one")
+
+
+def reduced_table(name: str, runs: pd.DataFrame, settings: dict, by_seed: bool = False) -> pd.DataFrame:
+    """A table that an experiment makes of all its runs: one row per point and fidelity (and seed, if by_seed)."""
+    experiment = REDUCED[name].NAME
+    return import_module(module_of(experiment, "measure")).reduce(name, runs, settings, by_seed)
+
+
+def responses_by_seed(tables: dict[str, pd.DataFrame], config: dict) -> pd.DataFrame:
+    """One row per response, point and seed, campaign fidelity: response, point_id, seed, value.
+
+    tables : the experiments' tables of all runs, by name. config : their sections.
+    """
+    parts = []
+    for response in RESPONSES.values():
+        reduced = REDUCED.get(response.table)
+        if reduced is None:
+            table = tables[response.table]
+        else:
+            table = reduced_table(response.table, tables[reduced.NAME], config[reduced.NAME], by_seed=True)
+        part = table.rename(columns={response.column: "value"})[["point_id", "fidelity", "seed", "value"]]
+        parts.append(part.assign(response=response.name).dropna(subset="value"))
+    return pd.concat(parts, ignore_index=True)

@@ -1,0 +1,346 @@
+"""Every setting of a study, once: the sections of the configuration that belong to no single experiment, and the whole."""
+
+from dataclasses import dataclass
+
+from virtual_soil.campaign.experiments.registry import EXPERIMENTS, RESPONSES
+from virtual_soil.campaign.settings import NAMES, choice, make, section, setting
+
+#: Schema of a list of seeds.
+SEED_LIST = {"minItems": 1, "uniqueItems": True}
+
+
+def seeds(stage: str) -> dict:
+    """Fields of the seeds of every experiment in a stage."""
+    return {
+        f"{experiment.NAME}_seeds": (
+            list[int],
+            setting(f"seeds of every {experiment.NOUNS[0]}", experiment.SEEDS[stage], minimum=0, of=SEED_LIST),
+        )
+        for experiment in EXPERIMENTS
+    }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Material:
+    """The grains, where nothing else is varied: the paper's base set (Briend et al. 2011, "Sensitivity analysis")."""
+
+    radius_m: float = setting("mean grain radius", 50e-6, above=0)
+    radius_sd_ratio: float = setting(
+        "standard deviation of the radii over their mean; 0 = equal spheres", 0.0, minimum=0, maximum=0.4
+    )
+    density_kg_m3: float = setting("density of the grains' solid", 3000.0, above=0)
+    poisson_ratio: float = setting("Poisson's ratio of the grains' solid", 0.2, above=-1, below=0.5)
+    shear_modulus_pa: float = setting("shear modulus of the grains' solid", 5e7, above=0)
+    static_friction: float = setting("coefficient of static friction between grains", 0.3, minimum=0)
+    rolling_friction: float = setting("coefficient of rolling friction between grains", 0.1, minimum=0)
+    restitution: float = setting("coefficient of restitution", 0.5, above=0, maximum=1)
+
+
+GRID = {"static_friction": [0.0, 0.1, 0.3, 0.5, 0.9, 1.3, 1.7], "rolling_friction": [0.0, 0.05, 0.1, 0.2, 0.3]}
+COUPLES = [{"static_friction": 0.3, "rolling_friction": 0.1}, {"static_friction": 0.9, "rolling_friction": 0.2}]
+CHECK_COUPLES = [{"static_friction": 0.3, "rolling_friction": 0.1}, {"static_friction": 0.3, "rolling_friction": 0.2}]
+LEVELS = {"type": "array", "minItems": 1, "uniqueItems": True}
+COUPLE = {"type": "object", "additionalProperties": {"type": "number", "minimum": 0}, "minProperties": 1}
+
+Design = make(
+    "Design",
+    "The points to simulate: a full factorial of the grid variables, and sweeps of others at constant couples of the grid's.",
+    {
+        "variables": (
+            list[str],
+            setting(
+                "material keys that the optimiser may change",
+                ["radius_m", "static_friction", "rolling_friction"],
+                of={"minItems": 1, "uniqueItems": True},
+            ),
+        ),
+        "grid": (
+            dict[str, list[float]],
+            setting(
+                "values of the full factorial at material.radius_m; fits f",
+                GRID,
+                of={"minProperties": 1, "additionalProperties": {**LEVELS, "items": {"type": "number", "minimum": 0}}},
+            ),
+        ),
+        "sweep": (
+            dict[str, list[float]],
+            setting(
+                "values of each variable swept alone; fits g",
+                {"radius_m": [25e-6, 50e-6, 100e-6, 200e-6, 500e-6]},
+                of={"additionalProperties": {**LEVELS, "items": {"type": "number", "exclusiveMinimum": 0}}},
+            ),
+        ),
+        "sweep_couples": (
+            list[dict[str, float]],
+            setting(
+                "values of the grid variables at which the sweep is run",
+                COUPLES,
+                note="the paper does not print its couples; these span weak to strong",
+                of={"minItems": 1, "items": COUPLE},
+            ),
+        ),
+        "geometry": (
+            str,
+            choice(
+                "scaled: tube and box grow with the grain radius; fixed: they keep their size at material.radius_m",
+                "scaled",
+                ("scaled", "fixed"),
+                note="fixed: 3 grains of 500 um would fill the tube",
+            ),
+        ),
+        **seeds("design"),
+    },
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Screening:
+    """Which grain parameters matter (the paper's Table 2): one changed at a time."""
+
+    response: str = choice("the response that is screened", "angle_of_repose", RESPONSES)
+    base_seeds: list[int] = setting(
+        "seeds at the base set; at least two: the scatter over seeds is the surrogates' noise",
+        [1, 2, 3, 4, 5],
+        minimum=0,
+        of={"minItems": 2, "uniqueItems": True},
+    )
+    changed_seeds: list[int] = setting("seeds at every changed set", [1, 2, 3], minimum=0, of=SEED_LIST)
+    changes: dict[str, float] = setting(
+        "material key -> its changed value",
+        {
+            "radius_m": 100e-6,
+            "density_kg_m3": 4000.0,
+            "poisson_ratio": 0.4,
+            "shear_modulus_pa": 7e7,
+            "static_friction": 0.5,
+            "rolling_friction": 0.2,
+            "restitution": 0.3,
+        },
+    )
+
+
+Check = make(
+    "Check",
+    "Points that are simulated at both fidelities; the report shows the bias beside the seeds' scatter.",
+    {
+        "couples": (
+            list[dict[str, float]],
+            setting("points simulated at both fidelities; may be empty", CHECK_COUPLES, of={"items": COUPLE}),
+        ),
+        **seeds("check"),
+        **{name: entry for experiment in EXPERIMENTS for name, entry in experiment.CHECK.items()},
+    },
+)
+
+
+def fidelity_fields() -> dict:
+    """Fields of a fidelity: those of every experiment."""
+    return {
+        name: (experiment.Fidelity.__annotations__[name], field)
+        for experiment in reversed(EXPERIMENTS)
+        for name, field in experiment.Fidelity.__dataclass_fields__.items()
+    }
+
+
+FidelityOfAll = make("FidelityOfAll", "How faithfully the experiments are simulated.", fidelity_fields())
+REFERENCE = {key: value for experiment in EXPERIMENTS for key, value in experiment.REFERENCE.items()}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fidelity:
+    """How faithfully the experiments are simulated."""
+
+    campaign: FidelityOfAll = section(FidelityOfAll, "What every simulation uses.")  # type: ignore[valid-type]
+    reference: FidelityOfAll = section(FidelityOfAll, "The paper's own fidelity, at the check points only.", **REFERENCE)  # type: ignore[valid-type]
+    check: Check = section(Check)  # type: ignore[valid-type]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Engine:
+    """Numerical settings common to all experiments; the names are those of `dem.Simulation`."""
+
+    rolling_model: str = choice("type_a: EDEM's; type_c: elastic-plastic", "type_a", ("type_a", "type_c"))
+    damping_model: str = choice(
+        "edem: the dashpot may pull before grains part; no_pull: it never pulls; both rebound with e", "edem", ("edem", "no_pull")
+    )
+    precision: str = choice(
+        "of the contact arithmetic",
+        "float32",
+        ("float32", "float64"),
+        note="positions are always float64, velocities have 48 bits at least",
+    )
+    energy_ledger: bool = setting(
+        "book every step's energy: energy_dissipated_j and energy_residual_ratio in the tables; several times slower", False
+    )
+    vector_code: bool = setting("hottest kernels as explicit vector code; false: plain numba, the same within rounding", True)
+    gravity_m_s2: float = setting("gravitational acceleration", 9.81, above=0)
+
+
+def form(sweep_form: str) -> type:
+    """Section of the surrogate of one response."""
+    return make(
+        "Form",
+        "The surrogate of one response.",
+        {
+            "f": (str, choice("polynomial of total degree two in the grid variables", "quadratic", ("quadratic",))),
+            "g": (
+                str,
+                choice("dependence on each sweep variable x/x0: a + b x + c x^2, or 1 - b ln x", sweep_form, ("quadratic", "log")),
+            ),
+            "model": (
+                str,
+                choice(
+                    "which surrogate the optimiser uses; best: the one with the smaller error at left-out points",
+                    "best",
+                    ("best", "quadratic", "gaussian_process"),
+                ),
+            ),
+        },
+    )
+
+
+FORMS = {name: form(response.sweep_form) for name, response in RESPONSES.items()}
+Surrogates = make(
+    "Surrogates",
+    "f and g: the paper's polynomials (Equation 3), always fitted; model: what the optimiser uses.",
+    {name: (FORMS[name], section(FORMS[name])) for name in RESPONSES},
+)
+
+#: The named term of the cost that prefers large grains (the paper's phi4).
+LARGE_GRAINS = "large_grains"
+TERMS = sorted([*RESPONSES, LARGE_GRAINS])
+EQUAL = dict.fromkeys(TERMS, 0.25)
+#: The paper's second attempt: the weight of the angle of repose a tenth of the others.
+LOW_REPOSE = {**dict.fromkeys(TERMS, 0.322581), "angle_of_repose": 0.032258}
+WEIGHTS = {
+    "type": "object",
+    "additionalProperties": False,
+    "required": TERMS,
+    "properties": {name: {"type": "number", "exclusiveMinimum": 0} for name in TERMS},
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Optimise:
+    """The search for grain parameters."""
+
+    cases: list[dict] = setting(
+        "what to calibrate: name, soil, and a weight for every response and for large grains",
+        [
+            {"case": "sand", "soil": "silica_barco_sand", "weights": EQUAL},
+            {"case": "regolith", "soil": "lunar_regolith", "weights": EQUAL},
+            {"case": "regolith_low_repose_weight", "soil": "lunar_regolith", "weights": LOW_REPOSE},
+        ],
+        of={
+            "minItems": 1,
+            "items": {
+                "type": "object",
+                "additionalProperties": False,
+                "required": ["case", "soil", "weights"],
+                "properties": {
+                    "case": {**NAMES, "description": "name of the case and of its folder of exports: letters, digits, - and _"},
+                    "soil": {"type": "string", "description": "one of soils"},
+                    "weights": WEIGHTS,
+                },
+            },
+        },
+    )
+    tolerance: float = setting("the paper's epsilon on |dx|, x = (r in um, mu_s, mu_r)", 1e-3, above=0)
+    max_iterations: int = setting("of Gauss-Newton", 500, minimum=1)
+    n_starts: int = setting("initial guesses", 32, minimum=1)
+    unreachable: str = choice(
+        "a target out of reach: nearest: aim at the nearest value that the design reaches; as_given: the paper",
+        "nearest",
+        ("nearest", "as_given"),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Uncertainty:
+    """How sure the calibration is."""
+
+    target_uncertainty_ratio: float = setting(
+        "standard uncertainty of a target over its value where the soil file states none", 0.05, above=0, maximum=1
+    )
+    n_samples: int = setting("samples of the posterior kept for each case", 1000, minimum=100, maximum=28800)
+    n_equivalents: int = setting("equivalent parameter sets kept for each case", 30, minimum=1)
+
+
+Refine = make(
+    "Refine",
+    "Rounds of new simulations where the optima lie.",
+    {
+        "rounds": (int, setting("rounds of refinement; 0 is the paper's method", 1, minimum=0, maximum=100)),
+        "points_per_case": (
+            int,
+            setting(
+                "new points of each case in each round",
+                3,
+                minimum=1,
+                note="the optimum, its rivals among the distinct minima, then where least is known of what is probable",
+            ),
+        ),
+        **seeds("refine"),
+        "tolerance_ratio": (
+            float,
+            setting(
+                "difference of predicted and simulated, over the target, below which a case needs no more rounds", 0.05, above=0
+            ),
+        ),
+    },
+)
+Verify = make("Verify", "Every optimum is simulated with seeds that no fit has seen.", seeds("verify"))
+
+TWIN = {
+    "type": "object",
+    "required": list(seeds("design")),
+    "properties": {key: {"type": "array", **SEED_LIST, "items": {"type": "integer", "minimum": 0}} for key in seeds("design")},
+    "additionalProperties": {"type": "number", "minimum": 0},
+}
+
+Study = make(
+    "Study",
+    "A study.",
+    {
+        "study": (str, setting("name of the results folder, results/<study>: letters, digits, - and _", "default", of=NAMES)),
+        "checkpoint_interval_s": (
+            float,
+            setting("wall time in s between two saves of a running simulation; results do not depend on it", 300, above=0),
+        ),
+        "batch_minutes": (
+            float,
+            setting(
+                "minutes that a job of several short simulations should take; 0: a job for each; results do not depend on it",
+                0,
+                minimum=0,
+            ),
+        ),
+        "material": (Material, section(Material)),
+        "design": (Design, section(Design)),
+        "screening": (Screening, section(Screening)),
+        "fidelity": (Fidelity, section(Fidelity)),
+        **{experiment.NAME: (experiment.Settings, section(experiment.Settings)) for experiment in reversed(EXPERIMENTS)},
+        "engine": (Engine, section(Engine)),
+        "surrogate": (Surrogates, section(Surrogates)),
+        "soils": (
+            list[str],
+            setting(
+                "soils to calibrate: names of files in config/soils",
+                ["silica_barco_sand", "lunar_regolith"],
+                of={"uniqueItems": True, "items": NAMES},
+            ),
+        ),
+        "optimise": (Optimise, section(Optimise)),
+        "uncertainty": (Uncertainty, section(Uncertainty)),
+        "refine": (Refine, section(Refine)),
+        "verify": (Verify, section(Verify)),
+        "twins": (
+            dict[str, dict],
+            setting(
+                "hidden soils to be found again: name -> values of the design variables, and seeds; see config/twin.yaml",
+                {},
+                of={"propertyNames": {key: NAMES[key] for key in ("maxLength", "pattern")}, "additionalProperties": TWIN},
+            ),
+        ),
+    },
+)

@@ -1,0 +1,105 @@
+"""Step 1: the targets, that is the known responses of a real soil: values with a source, or raw laboratory files.
+
+A soil file (YAML) gives each response by its column's name (cohesion_pa, say) as {value, source, standard_uncertainty}; or, in
+place of the responses of an experiment, the entry that the experiment reads (its LABORATORY, `direct_shear_csv` say): a laboratory
+file beside the soil file, with `columns` (quantity: the file's own header), `decimal` and what else the experiment's `laboratory`
+module knows. `campaign.laboratory` says which files are understood.
+"""
+
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import yaml
+
+from virtual_soil.calibration.errors import CalibrationError, demand
+from virtual_soil.calibration.response import Response
+from virtual_soil.campaign import yamls
+from virtual_soil.campaign.experiments import module_of
+from virtual_soil.campaign.experiments.registry import EXPERIMENTS, RESPONSES
+from virtual_soil.campaign.laboratory import is_number, laboratory_path
+
+#: Entry of a soil file -> the experiment whose laboratory module reads it.
+FILES = {experiment.LABORATORY: experiment.NAME for experiment in EXPERIMENTS if experiment.LABORATORY}
+KEYS = {response.column for response in RESPONSES.values()} | set(FILES)
+
+
+def reader(entry: str):
+    """The laboratory module that reads an entry of a soil file."""
+    return import_module(module_of(FILES[entry], "laboratory"))
+
+
+def measure_soil(path: str | Path) -> pd.DataFrame:
+    """One row per response: soil, property, value, standard_uncertainty (NaN if unknown), unit, source, method.
+
+    Raises CalibrationError naming file, key and value when something is missing, unknown or impossible.
+    """
+    path = Path(path)
+    content = soil_content(path)
+    rows = [row for entry in FILES if entry in content for row in reader(entry).read(path, content[entry])]
+    rows += [from_value(path, response, content[response.column]) for response in RESPONSES.values() if response.column in content]
+    found = [row["property"] for row in rows]
+    for name, response in RESPONSES.items():
+        times = found.count(name)
+        demand(times == 1, f"{path}: {response.column}", f"given {times} times", "once, as a value or from a CSV")
+    table = pd.DataFrame(rows)
+    table["unit"] = table["property"].map(lambda name: RESPONSES[name].unit)
+    table.insert(0, "soil", path.stem)
+    for row in rows:
+        check_range(path, RESPONSES[row["property"]], row)
+    return table
+
+
+def soil_content(path: Path) -> dict:
+    """What a soil file says, its keys checked."""
+    try:
+        content = yamls.load_file(path)
+    except OSError as error:
+        raise CalibrationError(f"{path}: cannot be read ({error.strerror}).") from error
+    except (yaml.YAMLError, ValueError) as error:
+        raise CalibrationError(f"{path}: not a YAML file ({' '.join(str(error).split())}).") from error
+    demand(isinstance(content, dict), f"{path}", type(content).__name__, f"a mapping with keys of {sorted(KEYS)}")
+    unknown = sorted(str(key) for key in content if key not in KEYS)
+    demand(not unknown, f"{path}: keys {unknown}", "unknown", f"{sorted(KEYS)}")
+    return content
+
+
+def check_range(path: Path, response: Response, row: dict) -> None:
+    """Refuse impossible targets."""
+    key, value, uncertainty = f"{path}: {response.column}", row["value"], row["standard_uncertainty"]
+    if response.signed:
+        # the intercept of a regression through noisy tests lies on either side of zero
+        least = 0.0 if row["method"] == "value" or np.isnan(uncertainty) else -2.0 * uncertainty
+        demand(value >= least, key, value, "zero or more, or as a regression's intercept within two standard errors of zero")
+    else:
+        demand(0 < value < response.maximum, key, value, f"above 0 and below {response.maximum:g} {response.unit}")
+    demand(np.isnan(uncertainty) or uncertainty >= 0, f"{key} standard_uncertainty", uncertainty, "zero or more")
+
+
+def from_value(path: Path, response: Response, entry) -> dict:
+    """A response given as a value."""
+    key = response.column
+    allowed = {"value", "source", "standard_uncertainty"}
+    demand(isinstance(entry, dict) and set(entry) <= allowed, f"{path}: {key}", entry, f"a mapping with keys of {sorted(allowed)}")
+    for required in ("value", "source"):
+        demand(required in entry, f"{path}: {key}.{required}", "missing", "a value with its source")
+    demand(is_number(entry["value"]), f"{path}: {key}.value", repr(entry["value"]), "a number")
+    demand(isinstance(entry["source"], str), f"{path}: {key}.source", repr(entry["source"]), "a text")
+    uncertainty = entry.get("standard_uncertainty")
+    ok = uncertainty is None or is_number(uncertainty)
+    demand(ok, f"{path}: {key}.standard_uncertainty", repr(uncertainty), "a number")
+    return {
+        "property": response.name,
+        "value": float(entry["value"]),
+        "standard_uncertainty": np.nan if uncertainty is None else float(uncertainty),
+        "source": entry["source"],
+        "method": "value",
+    }
+
+
+def laboratory_files(path: str | Path) -> list[Path]:
+    """The laboratory files that a soil file names. Raises CalibrationError for a soil file that cannot be read."""
+    path = Path(path)
+    content = soil_content(path)
+    return [laboratory_path(path, entry, content[entry], reader(entry).KEYS) for entry in FILES if entry in content]
