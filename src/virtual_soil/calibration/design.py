@@ -9,14 +9,13 @@ all other identifiers, and so their results, as they are. Points whose grains ca
 `as_simulated`); each has its own row.
 """
 
-import hashlib
 import itertools
-import json
 import math
 
 import pandas as pd
 
 from virtual_soil.calibration.errors import demand
+from virtual_soil.calibration.points import hashed, point_at, point_id
 from virtual_soil.calibration.surrogate import n_factor_terms
 
 SEED_KEYS = {"repose_seeds", "shear_seeds"}
@@ -65,16 +64,6 @@ def further(config: dict, purpose: str, points: list[dict], seeds: dict) -> pd.D
             rows[row["simulation_id"], row["point_id"]] = {**row, "purposes": purpose}
     template = {**make_row("repose", "campaign", config["material"], math.nan, 0), "purposes": purpose}
     return ordered(pd.DataFrame(list(rows.values()), columns=list(template)).astype({k: type(v) for k, v in template.items()}))
-
-
-def point_at(base: dict, values: dict) -> dict:
-    """The material with some values changed; four digits are as much as any test can tell, and make the same point the same."""
-    return {**base, **{name: float(f"{value:.4g}") for name, value in values.items()}}
-
-
-def point_id(material: dict) -> str:
-    """Hash of the material values."""
-    return hashed({key: float(material[key]) for key in sorted(material)}, 8)
 
 
 def wanted(config: dict):
@@ -160,11 +149,6 @@ def make_row(experiment, fidelity, material, stress, seed) -> dict:
         "normal_stress_pa": float(stress),
         "seed": int(seed),
     }
-
-
-def hashed(value, n_digits: int) -> str:
-    """Hexadecimal digits of the hash of a JSON-like value; the order of keys does not count."""
-    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:n_digits]
 
 
 def screening_seeds(config: dict) -> list[int]:
