@@ -14,7 +14,7 @@ import pytest
 import yaml
 from campaign import ENVIRONMENT, ROOT, copy_project, snakemake
 
-from virtual_soil.calibration.surrogate import RESPONSES
+from virtual_soil.campaign.experiments import RESPONSES
 
 
 def planned(project: Path) -> dict[str, int]:
@@ -151,6 +151,7 @@ def test_a_changed_estimator_measures_again_but_simulates_nothing(project):
 
 
 # What follows a calibration; the simulations of a round are planned when its points are known.
+WEIGHTS = dict.fromkeys((*RESPONSES, "large_grains"), 1)
 AFTER_CALIBRATION = {"calibrate", "refinement_design", "export", "report", "manifest", "all"}
 AFTER_FIT = {"fit_surrogates", "reachability", "calibrate_as_published", *AFTER_CALIBRATION}
 
@@ -290,11 +291,21 @@ def test_a_hundred_thousand_simulations_are_planned_within_a_minute_and_a_gigaby
         ),
         ("design.variables", ["radius_m"], "design.variables is ['radius_m']; allowed"),
         ("study", "../elsewhere", "study: '../elsewhere' does not match"),
-        ("optimise.cases", [{"case": "a", "soil": "mars", "weights": [1, 1, 1, 1]}], "soil of a is mars; allowed: one of"),
+        ("optimise.cases", [{"case": "a", "soil": "mars", "weights": WEIGHTS}], "soil of a is mars; allowed: one of"),
         (
             "optimise.cases",
-            [{"case": "a", "soil": "medium", "weights": [1, 0, 1, 1]}],
-            "optimise.cases.0.weights.1: 0 is less than",
+            [{"case": "a", "soil": "medium", "weights": {**WEIGHTS, "cohesion": 0}}],
+            "optimise.cases.0.weights.cohesion: 0 is less than",
+        ),
+        (
+            "optimise.cases",
+            [{"case": "a", "soil": "medium", "weights": [1, 1, 1, 1]}],
+            "optimise.cases.0.weights: [1, 1, 1, 1] is not of type 'object'. It means: named weights, {angle_of_repose: 0.25, ",
+        ),
+        (
+            "optimise.cases",
+            [{"case": "a", "soil": "medium", "weights": {"radius": 1}}],
+            "optimise.cases: weights of a is {'radius': 1}; allowed: named weights above zero, {angle_of_repose: 0.25, ",
         ),
         ("surrogate", {name: {"model": "quadratic"} for name in RESPONSES}, "refine.rounds is 1; allowed: 0 when"),
         ("screening.base_seeds", [1], "screening.base_seeds: [1] is too short"),

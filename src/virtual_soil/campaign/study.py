@@ -10,10 +10,11 @@ import jsonschema
 import yaml
 from snakemake.exceptions import WorkflowError
 
-from virtual_soil.calibration import CalibrationError, laboratory_files, measure_soil
+from virtual_soil.calibration import CalibrationError, laboratory_files, measure_soil, weights_of
 from virtual_soil.calibration.design import as_simulated, expand, point_id
 from virtual_soil.calibration.errors import demand
 from virtual_soil.campaign.cost import grains_and_steps
+from virtual_soil.campaign.experiments import RESPONSES
 from virtual_soil.campaign.tables import TableError, read_table
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -275,6 +276,7 @@ def check_soils(config: dict) -> None:
         known = [*config["soils"], *config["twins"]]
         for case in config["optimise"]["cases"]:
             demand(case["soil"] in known, f"optimise.cases: soil of {case['case']}", case["soil"], f"one of {known}")
+            weights_of(case, RESPONSES)
         both = sorted(set(config["soils"]) & set(config["twins"]))
         demand(not both, "twins", both, "names that are not in soils")
         names = [case["case"] for case in config["optimise"]["cases"]]
