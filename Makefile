@@ -71,7 +71,7 @@ check-engine: setup  ## the engine beside published and closed-form results: doc
 	$(BIN)/snakemake -c$(CORES) verification
 
 paper-optima: setup  ## every minimum of the published surrogates beside those that the paper prints
-	$(BIN)/python -m virtual_soil.calibration.paper_optima
+	$(BIN)/python -m virtual_soil.calibration.paper.optima
 
 bench: setup  ## speed of the engine beside LIGGGHTS and LAMMPS (those that are installed)
 	$(BIN)/python benchmarks/engine.py

@@ -3,22 +3,19 @@
 import numpy as np
 import pandas as pd
 import pytest
-from virtual_soil.calibration.design import point_at, point_id
 
-from virtual_soil.calibration import (
-    Space,
-    comparison_table,
-    coverage_table,
-    propose,
-    reachability_table,
-    settled,
-    sobol_table,
-    twin_soil,
-    twin_table,
-)
+from virtual_soil.calibration.checks import reachability_table
+from virtual_soil.calibration.errors import CalibrationError
 from virtual_soil.calibration.gaussian_process import fit_process
+from virtual_soil.calibration.points import point_at, point_id
+from virtual_soil.calibration.refine import propose, settled
+from virtual_soil.calibration.sensitivity import sobol_table
+from virtual_soil.calibration.space import Space
+from virtual_soil.calibration.twin import coverage_table, twin_soil, twin_table
 from virtual_soil.calibration.uncertainty import Likelihood
-from virtual_soil.calibration.verify import verdict
+from virtual_soil.calibration.verify import comparison_table, verdict
+from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.campaign.inference import values_by_seed
 
 VARIABLES = ("radius_m", "static_friction", "rolling_friction")
 RANGES = {"radius_m": (25e-6, 500e-6), "static_friction": (0.0, 1.7), "rolling_friction": (0.0, 0.3)}
@@ -43,7 +40,7 @@ def campaign(unit, noise=0.5):
 
 def likelihood(models, **targets):
     targets = {"cohesion": 0.0, "friction_angle": 27.0, "angle_of_repose": 30.0, **targets}
-    return Likelihood(models, SPACE, targets, dict.fromkeys(NAMES, 1.0), dict.fromkeys(NAMES, 1.0))
+    return Likelihood(RESPONSES, models, SPACE, targets, dict.fromkeys(NAMES, 1.0), dict.fromkeys(NAMES, 1.0))
 
 
 def test_refinement_goes_to_the_optimum_and_then_where_the_soil_is_probable_but_unknown():
@@ -90,13 +87,16 @@ OPTIMA = pd.DataFrame(
       "target_cohesion_pa": 24.0, "target_friction_angle_deg": 26.6, "target_angle_of_repose_deg": 30.0}]
 )  # fmt: skip
 LINE = {"relative_scatter": 0.1, "n_runs": 8}
-SCATTER = {"heap": 3.0, "line": 0.1}
-KIND = {"strength": "plateau", "normal_stress": "plane"}
+SCATTER = {"angle_of_repose": 3.0, "cohesion": 0.1, "friction_angle": 0.1}
+
+
+def compared(tables):
+    by_seed = values_by_seed(tables, "plateau", "plane")
+    return comparison_table(RESPONSES, OPTIMA, campaign(SPACE.crowd(64)), tables, by_seed, SCATTER, MATERIAL)
 
 
 def test_verification_compares_prediction_and_simulation_at_the_optimum():
-    models = campaign(SPACE.crowd(64))
-    table = comparison_table(OPTIMA, models, verification_tables(), MATERIAL, KIND, SCATTER).set_index("response")
+    table = compared(verification_tables()).set_index("response")
     heap = table.loc["angle_of_repose"]
     assert (heap["simulated"], heap["simulated_sd"], heap["n_seeds"], heap["target"]) == (29.0, 2.0, 3, 30.0)
     assert heap["simulated_se"] == pytest.approx(2.0 / np.sqrt(3))
@@ -112,7 +112,7 @@ def test_verification_compares_prediction_and_simulation_at_the_optimum():
 
 
 def test_two_seeds_have_the_scatter_that_the_campaign_knows():
-    table = comparison_table(OPTIMA, campaign(SPACE.crowd(64)), verification_tables((27.0, 29.0), (1, 2)), MATERIAL, KIND, SCATTER)
+    table = compared(verification_tables((27.0, 29.0), (1, 2)))
     errors = table.set_index("response")["simulated_se"]
     assert errors.to_dict() == pytest.approx({"angle_of_repose": 3.0 / np.sqrt(2), "cohesion": 4.0, "friction_angle": 0.7})
 
@@ -120,14 +120,14 @@ def test_two_seeds_have_the_scatter_that_the_campaign_knows():
 def test_an_optimum_whose_simulations_all_failed_is_not_verified():
     tables = verification_tables()
     empty = {name: table.iloc[:0] for name, table in tables.items()}
-    table = comparison_table(OPTIMA, campaign(SPACE.crowd(64)), empty, MATERIAL, KIND, SCATTER)
+    table = compared(empty)
     assert table["simulated"].isna().all()
     assert not table["agrees"].any()
     assert verdict(table) == "not simulated"
 
 
 def test_every_simulated_soil_is_found_again_about_as_often_as_the_region_says():
-    table = coverage_table(campaign(SPACE.crowd(64)[:40]), SPACE)
+    table = coverage_table(RESPONSES, campaign(SPACE.crowd(64)[:40]), SPACE)
     assert len(table) == 40
     assert table["inside_95"].mean() > 0.85
     assert table["credible_level"].mean() < 0.7  # and the regions are not all of the design
@@ -139,7 +139,7 @@ def test_coverage_sees_errors_that_are_stated_too_small():
     for name, model in honest.items():
         small = tuple(0.05 * e for e in model.noise)
         liars[name] = type(model)(**{**vars_of(model), "noise": small})
-    assert coverage_table(liars, SPACE)["inside_95"].mean() < 0.8
+    assert coverage_table(RESPONSES, liars, SPACE)["inside_95"].mean() < 0.8
 
 
 def vars_of(model):
@@ -156,18 +156,21 @@ def test_a_twin_is_a_soil_with_what_its_simulations_measure():
     line = {"cohesion_pa": -4.0, "cohesion_se_pa": 5.0, "friction_angle_deg": 33.0, "friction_angle_se_deg": 0.5, **LINE}
     strength = pd.DataFrame([{"point_id": point, "fidelity": "campaign", **line}])
     design = {"variables": list(VARIABLES)}
-    rows = twin_soil("hidden", TWIN, repose, strength, design, MATERIAL).set_index("property")
+    tables = {"repose": repose, "strength": strength}
+    rows = twin_soil("hidden", TWIN, RESPONSES, tables, design, MATERIAL).set_index("property")
     assert rows["value"].to_dict() == {"cohesion": -4.0, "friction_angle": 33.0, "angle_of_repose": 31.0}
     assert rows["standard_uncertainty"].to_dict()["cohesion"] == 5.0
+    with pytest.raises(CalibrationError, match="simulations of twin hidden with a result for angle_of_repose is 0"):
+        twin_soil("hidden", {**TWIN, "repose_seeds": [7]}, RESPONSES, tables, design, MATERIAL)
 
 
 def test_the_truth_is_inside_where_it_is_probable_and_outside_where_it_is_not():
     models = campaign(SPACE.crowd(64))
     wanted = likelihood(models)
     optimum = pd.DataFrame([{"case": "hidden", **dict.fromkeys(VARIABLES, 0.1)}])
-    from virtual_soil.calibration import posterior_table, sample
+    from virtual_soil.calibration.uncertainty import posterior_table, sample
 
-    case = {"case": "hidden", "soil": "hidden", "weights": [0.25] * 4}
+    case = {"case": "hidden", "soil": "hidden"}
     posterior = posterior_table(case, wanted, *sample(wanted, 500))
     for unit, inside in (([0.5, 0.5, 0.5], True), ([0.5, 0.9, 0.1], False)):
         truth = {name: float(v[0]) for name, v in SPACE.values(np.array([unit])).items()}
@@ -192,7 +195,7 @@ def test_an_unreachable_target_is_named_with_the_nearest_value_and_the_way_on():
         ("moon", "cohesion", 300.0, np.nan),
     ]
     soils = pd.DataFrame(rows, columns=["soil", "property", "value", "standard_uncertainty"])
-    table = reachability_table(models, SPACE, runs, runs, soils, 0.05).set_index("response")
+    table = reachability_table(RESPONSES, models, SPACE, {"repose": runs, "strength": runs}, soils, 0.05).set_index("response")
     assert table["reachable"].to_dict() == {"angle_of_repose": False, "friction_angle": True, "cohesion": False}
     assert table.loc["angle_of_repose", "nearest_reachable"] == pytest.approx(48.0, abs=0.5)
     assert table.loc["angle_of_repose", "grows_with"] == "+rolling_friction, +radius_m"

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from virtual_soil.calibration import CalibrationError, Space
+from virtual_soil.calibration.errors import CalibrationError
 from virtual_soil.calibration.gaussian_process import fit_process, left_out
+from virtual_soil.calibration.space import Space
 
 VARIABLES = ("radius_m", "static_friction", "rolling_friction")
 RANGES = {"radius_m": (25e-6, 500e-6), "static_friction": (0.0, 1.7), "rolling_friction": (0.0, 0.3)}

@@ -4,8 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from virtual_soil.calibration import CalibrationError, from_json, to_json
-from virtual_soil.calibration.models import choose, fit_both, known_points
+from virtual_soil.calibration.errors import CalibrationError
+from virtual_soil.calibration.models import choose, fit_both, from_json, known_points, to_json
+from virtual_soil.campaign.experiments.registry import RESPONSES
 
 DESIGN = {
     "variables": ["radius_m", "static_friction", "rolling_friction"],
@@ -36,7 +37,7 @@ def saturating(s, r, x):
 
 def test_each_surrogate_wins_where_it_is_right():
     for response, winner in ((polynomial, "quadratic"), (saturating, "gaussian_process")):
-        models, _ = fit_both("friction_angle", planted(response), DESIGN, MATERIAL, FORM)
+        models, _ = fit_both(RESPONSES["friction_angle"], planted(response), DESIGN, MATERIAL, FORM)
         chosen = choose({"friction_angle": models}, {"friction_angle": FORM})
         assert chosen["friction_angle"].model == winner
         other = choose({"friction_angle": models}, {"friction_angle": {**FORM, "model": "quadratic"}})
@@ -45,11 +46,11 @@ def test_each_surrogate_wins_where_it_is_right():
 
 def test_residuals_left_out_are_those_of_refits_without_the_point():
     points = planted(polynomial)
-    models, table = fit_both("friction_angle", points, DESIGN, MATERIAL, FORM)
+    models, table = fit_both(RESPONSES["friction_angle"], points, DESIGN, MATERIAL, FORM)
     mine = table[table["model"] == "quadratic"].reset_index(drop=True)
     assert set(mine["set"]) == {"f", "g"}
     k = int(np.flatnonzero((points["static_friction"] == 1.7) & (points["rolling_friction"] == 0.1))[0])
-    without, _ = fit_both("friction_angle", points.drop(index=k), DESIGN, MATERIAL, FORM)
+    without, _ = fit_both(RESPONSES["friction_angle"], points.drop(index=k), DESIGN, MATERIAL, FORM)
     row = points.iloc[k]
     expected = row["friction_angle_deg"] - float(without["quadratic"].predict(row[DESIGN["variables"]].to_dict()))
     assert mine.loc[k, "left_out_residual"] == pytest.approx(expected)
@@ -59,7 +60,7 @@ def test_residuals_left_out_are_those_of_refits_without_the_point():
 
 
 def test_text_and_back_predicts_the_same():
-    models, _ = fit_both("friction_angle", planted(saturating), DESIGN, MATERIAL, FORM)
+    models, _ = fit_both(RESPONSES["friction_angle"], planted(saturating), DESIGN, MATERIAL, FORM)
     text = to_json({"friction_angle": models}, {"friction_angle": FORM})
     at = {"radius_m": np.array([60e-6, 90e-6]), "static_friction": np.array([0.2, 1.0]), "rolling_friction": np.array([0.05, 0.2])}
     assert from_json(text)["friction_angle"].model == "gaussian_process"
@@ -86,7 +87,7 @@ def test_all_heaps_of_the_base_material_count_with_the_scatter_over_their_seeds(
             heaps(point_id="failed", angle_of_repose_deg=[np.nan]),
         ]
     )
-    points = known_points(repose, None, "angle_of_repose", DESIGN, MATERIAL).set_index("point_id")
+    points = known_points(RESPONSES["angle_of_repose"], {"repose": repose}, DESIGN, MATERIAL).set_index("point_id")
     assert points["angle_of_repose_deg"].to_dict() == {"a": 22.0, "b": 30.0}
     assert points["noise"].to_dict() == pytest.approx({"a": 2.0 / np.sqrt(3), "b": 2.0})
 
@@ -96,7 +97,7 @@ def test_a_line_that_is_straight_by_luck_borrows_the_scatter_of_all_lines():
     strength = heaps(
         point_id=["a", "b", "c"], cohesion_pa=1.0, cohesion_se_pa=50.0 * scatter, relative_scatter=scatter, n_runs=[4, 8, 8]
     )
-    points = known_points(None, strength, "cohesion", DESIGN, MATERIAL)
+    points = known_points(RESPONSES["cohesion"], {"strength": strength}, DESIGN, MATERIAL)
     pooled = (2 * 0.001**2 + 6 * 0.1**2 + 6 * 0.2**2) / 14
     moderated = [np.sqrt((6 * pooled + n * s**2) / (6 + n)) for n, s in zip((2, 6, 6), scatter, strict=True)]
     assert points["noise"].tolist() == pytest.approx([50.0 * s for s in moderated])
@@ -104,9 +105,10 @@ def test_a_line_that_is_straight_by_luck_borrows_the_scatter_of_all_lines():
 
 def test_without_any_result_one_sentence_says_so():
     with pytest.raises(CalibrationError, match="cohesion: points with a result is 0"):
-        known_points(None, heaps(point_id=["a"], cohesion_pa=[np.nan]), "cohesion", DESIGN, MATERIAL)
+        known_points(RESPONSES["cohesion"], {"strength": heaps(point_id=["a"], cohesion_pa=[np.nan])}, DESIGN, MATERIAL)
 
 
 def test_heaps_without_any_repeat_have_no_scatter_and_are_refused():
-    with pytest.raises(CalibrationError, match="heaps of the same point with different seeds is 0"):
-        known_points(heaps(point_id=["a", "b"], angle_of_repose_deg=[1.0, 2.0]), None, "angle_of_repose", DESIGN, MATERIAL)
+    tables = {"repose": heaps(point_id=["a", "b"], angle_of_repose_deg=[1.0, 2.0])}
+    with pytest.raises(CalibrationError, match="angle_of_repose: points with several seeds is 0"):
+        known_points(RESPONSES["angle_of_repose"], tables, DESIGN, MATERIAL)

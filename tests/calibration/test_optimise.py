@@ -3,34 +3,33 @@
 import json
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from virtual_soil.calibration import CalibrationError, calibrate, gauss_newton, paper, paper_optima, published
+from virtual_soil.calibration import paper
+from virtual_soil.calibration.errors import CalibrationError
+from virtual_soil.calibration.gauss_newton import gauss_newton
 from virtual_soil.calibration.optimise import (
-    LEAST_COHESION_PA,
+    calibrate,
     calibrate_case,
+    cases_about,
     distinct,
     objectives,
     search,
     targets_of,
+    weights_of,
     within_reach,
 )
+from virtual_soil.calibration.paper import optima as paper_optima
+from virtual_soil.calibration.paper import published
+from virtual_soil.calibration.paper.optima import soil_table
+from virtual_soil.campaign.experiments.registry import RESPONSES
 
 VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
 EQUAL = np.full(4, 0.25)
 OPTIONS = {"tolerance": 1e-3, "max_iterations": 200, "n_starts": 8, "unreachable": "as_given"}
 SAND = {"cohesion": 24.0, "friction_angle": 26.6, "angle_of_repose": 30.0}
-PROPERTY = {"cohesion_pa": "cohesion", "friction_angle_deg": "friction_angle", "angle_of_repose_deg": "angle_of_repose"}
-
-
-def soil_table():
-    rows = [
-        {"soil": soil, "property": PROPERTY[key], "value": value}
-        for soil, properties in paper.SOILS.items()
-        for key, value in properties.items()
-    ]
-    return pd.DataFrame(rows)
+#: Hardly any preference for large grains.
+SLIGHT = {"angle_of_repose": 0.25, "cohesion": 0.25, "friction_angle": 0.25, "large_grains": 1e-9}
 
 
 def test_gauss_newton_solves_a_linear_problem_in_one_step():
@@ -50,7 +49,7 @@ def test_gauss_newton_minimises_the_weighted_cost():
 
 @pytest.mark.parametrize("start", [(70.85, 0.609, 0.0811), (70.0, 0.6, 0.08), (100.0, 1.0, 0.1)])
 def test_the_papers_sand_optimum_comes_back_from_its_own_surrogates(start):
-    descent = gauss_newton(objectives(published(), SAND, VARIABLES), np.array(start), EQUAL, 1e-3, 500)
+    descent = gauss_newton(objectives(RESPONSES, published(), SAND, VARIABLES), np.array(start), EQUAL, 1e-3, 500)
     assert descent.converged
     assert descent.x == pytest.approx([70.69, 0.6128, 0.0816], rel=1e-3)
 
@@ -62,7 +61,7 @@ def test_a_run_that_goes_astray_says_so():
 
 
 def test_objectives_are_relative_errors_and_prefer_large_grains():
-    phi = objectives(published(), SAND, VARIABLES)
+    phi = objectives(RESPONSES, published(), SAND, VARIABLES)
     x = np.array([70.0, 0.6, 0.08])
     values = dict(zip(VARIABLES, (70e-6, 0.6, 0.08), strict=True))
     assert phi(x)[0] == pytest.approx(published()["angle_of_repose"].predict(values) / 30.0 - 1)
@@ -71,17 +70,14 @@ def test_objectives_are_relative_errors_and_prefer_large_grains():
 
 
 def test_every_case_has_a_minimum_at_least_as_cheap_as_the_one_the_paper_prints():
-    weights = {"sand": [0.25] * 4, "regolith": [0.25] * 4, "regolith_low_repose_weight": [1 / 31, 10 / 31, 10 / 31, 10 / 31]}
-    cases = [
-        {"case": case, "soil": "silica_barco_sand" if case == "sand" else "lunar_regolith", "weights": w}
-        for case, w in weights.items()
-    ]
-    table, history, minima = calibrate(published(), soil_table(), {**OPTIONS, "cases": cases}, VARIABLES, "published")
+    weights = {case["case"]: np.array(list(case["weights"].values())) for case in paper_optima.CASES}
+    options = {**OPTIONS, "cases": paper_optima.CASES}
+    table, history, minima = calibrate(RESPONSES, published(), soil_table(), options, VARIABLES, "published")
     for _, row in table.iterrows():
         printed = paper.OPTIMA[row["case"]]
         x = np.array([printed["radius_m"] * 1e6, printed["static_friction"], printed["rolling_friction"]])
-        phi = objectives(published(), targets_of(soil_table(), row["soil"]), VARIABLES)(x)
-        assert row["cost"] < 0.5 * np.array(weights[row["case"]]) @ phi**2
+        phi = objectives(RESPONSES, published(), targets_of(RESPONSES, soil_table(), row["soil"]), VARIABLES)(x)
+        assert row["cost"] < 0.5 * weights[row["case"]] @ phi**2
         assert row["inside_design"]
         assert 25e-6 <= row["radius_m"] <= 500e-6
     assert set(history["case"]) == set(weights)
@@ -90,7 +86,7 @@ def test_every_case_has_a_minimum_at_least_as_cheap_as_the_one_the_paper_prints(
 def test_a_reachable_soil_is_found_exactly():
     truth = {"radius_m": 400e-6, "static_friction": 0.5, "rolling_friction": 0.15}
     targets = {name: float(s.predict(truth)) for name, s in published().items()}
-    row, _, _ = calibrate_case(published(), targets, [0.25, 0.25, 0.25, 1e-9], OPTIONS, VARIABLES)
+    row, _, _ = calibrate_case(RESPONSES, published(), targets, SLIGHT, OPTIONS, VARIABLES)
     for name, surrogate in published().items():
         assert float(surrogate.predict(row)) == pytest.approx(targets[name], rel=1e-3)
 
@@ -103,9 +99,8 @@ def test_a_target_out_of_reach_is_aimed_at_from_its_nearest_value():
     assert aims["friction_angle"] == targets["friction_angle"]
     corners = [dict(zip(VARIABLES, (r, s, q), strict=True)) for r in (25e-6, 500e-6) for s in (0.0, 1.7) for q in (0.0, 0.3)]
     assert max(float(published()["cohesion"].predict(corner)) for corner in corners) <= aims["cohesion"] < 1e6
-    weights = [0.25, 0.25, 0.25, 1e-9]
-    row, _, _ = calibrate_case(published(), targets, weights, {**OPTIONS, "unreachable": "nearest"}, VARIABLES)
-    given, _, _ = calibrate_case(published(), targets, weights, OPTIONS, VARIABLES)
+    row, _, _ = calibrate_case(RESPONSES, published(), targets, SLIGHT, {**OPTIONS, "unreachable": "nearest"}, VARIABLES)
+    given, _, _ = calibrate_case(RESPONSES, published(), targets, SLIGHT, OPTIONS, VARIABLES)
     error = {
         k: abs(float(published()["friction_angle"].predict(v)) - targets["friction_angle"]) for k, v in enumerate((row, given))
     }
@@ -113,28 +108,55 @@ def test_a_target_out_of_reach_is_aimed_at_from_its_nearest_value():
 
 
 def test_without_a_radius_among_the_variables_there_is_no_fourth_objective():
-    assert len(objectives(published(), SAND, VARIABLES)(np.ones(3))) == 4
+    assert len(objectives(RESPONSES, published(), SAND, VARIABLES)(np.ones(3))) == 4
     surrogates = published()
     flat = {name: type(s)(**{**vars(s), "g": {}}) for name, s in surrogates.items()}
-    assert len(objectives(flat, SAND, VARIABLES[1:])(np.ones(2))) == 3
+    assert len(objectives(RESPONSES, flat, SAND, VARIABLES[1:])(np.ones(2))) == 3
 
 
-@pytest.mark.parametrize("weights", [[0.25] * 3, [0.0, 0.3, 0.3, 0.4], [-1, 1, 1, 1]])
-def test_weights_must_be_four_positive_numbers(weights):
-    with pytest.raises(CalibrationError, match="weights is"):
-        calibrate_case(published(), SAND, weights, OPTIONS, VARIABLES)
+@pytest.mark.parametrize(
+    "weights",
+    [
+        [0.25] * 4,
+        {"angle_of_repose": 1.0, "cohesion": 1.0, "friction_angle": 1.0},
+        {"angle_of_repose": 1.0, "cohesion": 1.0, "friction_angle": 1.0, "radius": 1.0},
+        {**SLIGHT, "cohesion": 0.0},
+        {**SLIGHT, "cohesion": -1.0},
+        {**SLIGHT, "cohesion": float("nan")},
+    ],
+)
+def test_weights_are_positive_numbers_by_name_of_all_objectives(weights):
+    with pytest.raises(CalibrationError) as refused:
+        weights_of({"case": "sand", "weights": weights}, RESPONSES)
+    assert f"optimise.cases: weights of sand is {weights}; allowed: named weights" in str(refused.value)
+    assert "{angle_of_repose: 0.25, cohesion: 0.25, friction_angle: 0.25, large_grains: 0.25}" in str(refused.value)
+
+
+def test_weights_belong_to_their_names_in_any_order():
+    given = {"large_grains": 4.0, "friction_angle": 3.0, "angle_of_repose": 1.0, "cohesion": 2.0}
+    case = {"case": "sand", "soil": "silica_barco_sand", "weights": given}
+    assert list(weights_of(case, RESPONSES).items()) == [
+        ("angle_of_repose", 1.0), ("cohesion", 2.0), ("friction_angle", 3.0), ("large_grains", 4.0),
+    ]  # fmt: skip
+    fewer = {"angle_of_repose": RESPONSES["angle_of_repose"]}
+    assert cases_about(fewer, [case]) == [{**case, "weights": {"angle_of_repose": 1.0, "large_grains": 4.0}}]
+
+
+def test_a_soil_without_a_target_for_each_response_is_refused():
+    with pytest.raises(CalibrationError, match="targets of silica_barco_sand is"):
+        targets_of(RESPONSES, soil_table().query("property != 'cohesion'"), "silica_barco_sand")
 
 
 def test_a_zero_angle_is_refused_because_errors_are_relative_but_dry_sand_may_have_no_cohesion():
     soils = soil_table()
     soils.loc[0, "value"] = 0.0
-    assert targets_of(soils, "silica_barco_sand")["cohesion"] == 0.0
-    phi = objectives(published(), {**SAND, "cohesion": 0.0}, VARIABLES)(np.array([70.0, 0.6, 0.08]))
+    assert targets_of(RESPONSES, soils, "silica_barco_sand")["cohesion"] == 0.0
+    phi = objectives(RESPONSES, published(), {**SAND, "cohesion": 0.0}, VARIABLES)(np.array([70.0, 0.6, 0.08]))
     values = dict(zip(VARIABLES, (70e-6, 0.6, 0.08), strict=True))
-    assert phi[1] == pytest.approx(published()["cohesion"].predict(values) / LEAST_COHESION_PA)
+    assert phi[1] == pytest.approx(published()["cohesion"].predict(values) / RESPONSES["cohesion"].smallest_scale)
     soils.loc[1, "value"] = 0.0
     with pytest.raises(CalibrationError, match="target friction_angle of silica_barco_sand is 0.0"):
-        targets_of(soils, "silica_barco_sand")
+        targets_of(RESPONSES, soils, "silica_barco_sand")
 
 
 def test_ends_along_one_valley_are_one_minimum_and_a_barrier_makes_two():

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from virtual_soil.calibration import Space
-from virtual_soil.calibration.space import inside_hull
+from virtual_soil.calibration.space import Space, inside_hull
 
 SPACE = Space(("radius_m", "rolling_friction"), {"radius_m": (25e-6, 500e-6), "rolling_friction": (0.0, 0.3)}, {"radius_m": 0.0})
 

@@ -4,8 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from virtual_soil.calibration import CalibrationError, paper, published
+from virtual_soil.calibration import paper
+from virtual_soil.calibration.errors import CalibrationError
+from virtual_soil.calibration.paper import published
 from virtual_soil.calibration.surrogate import fit_surrogate
+from virtual_soil.campaign.experiments.registry import RESPONSES
 
 DESIGN = {
     "variables": ["radius_m", "static_friction", "rolling_friction"],
@@ -13,6 +16,7 @@ DESIGN = {
     "sweep": {"radius_m": [25e-6, 50e-6, 100e-6, 200e-6]},
     "sweep_couples": [{"static_friction": 0.3, "rolling_friction": 0.1}, {"static_friction": 0.9, "rolling_friction": 0.3}],
 }
+ANGLE = RESPONSES["angle_of_repose"]
 MATERIAL = {"radius_m": 50e-6, "static_friction": 0.3, "rolling_friction": 0.1}
 
 
@@ -37,7 +41,7 @@ def planted(g, noise=0.0):
     ],
 )
 def test_a_planted_product_is_recovered(form, g, coefficients):
-    surrogate = fit_surrogate("angle_of_repose", planted(g), DESIGN, MATERIAL, {"f": "quadratic", "g": form})
+    surrogate = fit_surrogate(ANGLE, planted(g), DESIGN, MATERIAL, {"f": "quadratic", "g": form})
     assert surrogate.g["radius_m"].coefficients == pytest.approx(coefficients)
     assert dict(zip(surrogate.powers, surrogate.coefficients, strict=True))[0, 1] == pytest.approx(60.0)
     assert surrogate.r_squared == pytest.approx(1.0)
@@ -58,14 +62,14 @@ def test_the_published_surrogates_give_the_printed_properties_at_the_printed_opt
 def test_too_few_points_are_refused_with_the_number_that_is_left():
     points = planted(lambda x: 1 + 0 * x).query("static_friction < 0.5")
     with pytest.raises(CalibrationError, match="number of points to fit is 6; allowed: more than the 6"):
-        fit_surrogate("angle_of_repose", points, DESIGN, MATERIAL, {"f": "quadratic", "g": "log"})
+        fit_surrogate(ANGLE, points, DESIGN, MATERIAL, {"f": "quadratic", "g": "log"})
 
 
 def test_a_design_that_does_not_determine_the_coefficients_is_refused():
     points = planted(lambda x: 1 + 0 * x).query("rolling_friction == 0.1")
     points = pd.concat([points.assign(point_id=points["point_id"] + str(k)) for k in range(3)])
     with pytest.raises(CalibrationError, match="rank of the design"):
-        fit_surrogate("angle_of_repose", points, DESIGN, MATERIAL, {"f": "quadratic", "g": "log"})
+        fit_surrogate(ANGLE, points, DESIGN, MATERIAL, {"f": "quadratic", "g": "log"})
 
 
 def test_a_notebook_sees_what_a_surrogate_is_and_how_far_it_reaches():
@@ -73,8 +77,6 @@ def test_a_notebook_sees_what_a_surrogate_is_and_how_far_it_reaches():
     for words in ("angle_of_repose", "quadratic", "deg", "2.5e-05 to 0.0005", "0 to 1.7"):
         assert words in shown
     assert "left-out" not in shown  # the paper prints no points
-    fitted = fit_surrogate(
-        "angle_of_repose", planted(lambda x: 1 - 0.1 * np.log(x), 0.5), DESIGN, MATERIAL, {"f": "quadratic", "g": "log"}
-    )
+    fitted = fit_surrogate(ANGLE, planted(lambda x: 1 - 0.1 * np.log(x), 0.5), DESIGN, MATERIAL, {"f": "quadratic", "g": "log"})
     assert f"<td>{fitted.n_points}</td>" in fitted._repr_html_()
     assert f"<td>{fitted.cv_rmse:.4g}</td>" in fitted._repr_html_()

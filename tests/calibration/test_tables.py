@@ -4,8 +4,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from virtual_soil.calibration import CalibrationError, acceleration_table, screening_table
+from virtual_soil.calibration.checks import FidelityCheck, acceleration_table
+from virtual_soil.calibration.errors import CalibrationError
+from virtual_soil.calibration.response import Response
+from virtual_soil.calibration.screening import screening_table
+from virtual_soil.campaign.experiments.registry import RESPONSES
 
+ANGLE = RESPONSES["angle_of_repose"]
 MATERIAL = {"static_friction": 0.3, "density_kg_m3": 3000.0}
 SCREENING = {"base_seeds": [1, 2, 3], "changed_seeds": [1, 2], "changes": {"static_friction": 0.5, "density_kg_m3": 4000.0}}
 
@@ -29,7 +34,7 @@ def campaign():
 
 
 def test_screening_compares_one_change_at_a_time_with_the_base_set():
-    table = screening_table(campaign(), MATERIAL, SCREENING).set_index("parameter")
+    table = screening_table(ANGLE, campaign(), MATERIAL, SCREENING).set_index("parameter")
     assert table.loc["base", ["angle_of_repose_deg", "sd_deg", "n_runs"]].tolist() == [27.0, 1.0, 3]
     friction = table.loc["static_friction"]
     assert friction["difference_deg"] == pytest.approx(4.5)
@@ -41,14 +46,14 @@ def test_screening_compares_one_change_at_a_time_with_the_base_set():
 
 
 def test_a_change_inside_the_noise_is_called_so_and_failed_runs_do_not_count():
-    density = screening_table(campaign(), MATERIAL, SCREENING).set_index("parameter").loc["density_kg_m3"]
+    density = screening_table(ANGLE, campaign(), MATERIAL, SCREENING).set_index("parameter").loc["density_kg_m3"]
     assert density["n_runs"] == 1
     assert not density["exceeds_noise"]
 
 
 def test_screening_without_a_base_run_is_refused():
     with pytest.raises(CalibrationError, match="base runs of the screening"):
-        screening_table(heaps(seed=[9], angle_of_repose_deg=[27.0]), MATERIAL, SCREENING)
+        screening_table(ANGLE, heaps(seed=[9], angle_of_repose_deg=[27.0]), MATERIAL, SCREENING)
 
 
 def test_acceleration_reports_bias_beside_the_seeds_scatter():
@@ -59,8 +64,8 @@ def test_acceleration_reports_bias_beside_the_seeds_scatter():
             heaps(seed=[1], point_id="other", angle_of_repose_deg=[40.0]),
         ]
     )
-    shear = heaps(seed=[1], normal_stress_pa=1.0, plateau_shear_stress_pa=1.0, plane_normal_stress_pa=2.0)
-    table = acceleration_table(repose, shear)
+    shear = heaps(seed=[1], normal_stress_pa=1.0, ratio=0.5)
+    table = acceleration_table([FidelityCheck("repose", repose, "angle_of_repose_deg"), FidelityCheck("shear", shear, "ratio")])
     assert len(table) == 1
     row = table.iloc[0]
     assert row["bias"] == pytest.approx(2.0)
@@ -70,7 +75,29 @@ def test_acceleration_reports_bias_beside_the_seeds_scatter():
 
 
 def test_a_study_without_check_points_has_an_empty_acceleration_table():
-    shear = heaps(seed=[1], normal_stress_pa=1.0, plateau_shear_stress_pa=1.0, plane_normal_stress_pa=2.0)
-    table = acceleration_table(heaps(seed=[1], angle_of_repose_deg=[40.0]), shear)
+    table = acceleration_table([FidelityCheck("repose", heaps(seed=[1], angle_of_repose_deg=[40.0]), "angle_of_repose_deg")])
     assert table.empty
     assert "bias" in table
+
+
+def test_loads_that_the_reference_does_not_have_do_not_count():
+    shear = pd.concat(
+        [
+            heaps(seed=[1, 2, 1, 2], normal_stress_pa=[1.0, 1.0, 9.0, 9.0], ratio=[0.5, 0.6, 7.0, 8.0]),
+            heaps(seed=[1, 2], fidelity="reference", normal_stress_pa=1.0, ratio=[0.4, 0.5]),
+        ]
+    )
+    rows = [acceleration_table([FidelityCheck("shear", shear, "ratio", load)]).iloc[0] for load in ("normal_stress_pa", None)]
+    assert [row["campaign_n"] for row in rows] == [2, 4]
+    assert rows[0]["bias"] == pytest.approx(0.1)
+
+
+def test_any_response_can_be_screened_and_the_paper_is_beside_its_own_only():
+    wear = Response(name="wear", column="wear_mm", unit="mm", symbol="w", table="wear")
+    runs = campaign().rename(columns={"angle_of_repose_deg": "wear_mm"})
+    table = screening_table(wear, runs, MATERIAL, SCREENING)
+    known = screening_table(ANGLE, campaign(), MATERIAL, SCREENING)
+    for mine, its in (("wear_mm", "angle_of_repose_deg"), ("sd_mm", "sd_deg"), ("difference_se_mm", "difference_se_deg")):
+        assert table[mine].tolist() == pytest.approx(known[its].tolist(), nan_ok=True)
+    assert table["paper_angle_deg"].isna().all()
+    assert known["paper_angle_deg"].iloc[0] == 27.47

@@ -4,8 +4,20 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from virtual_soil.calibration import CalibrationError, Space, equivalents, identifiability, likelihood_of, posterior_table, sample
-from virtual_soil.calibration.uncertainty import Likelihood, credible_level, intervals, probabilities
+from virtual_soil.calibration.errors import CalibrationError
+from virtual_soil.calibration.space import Space
+from virtual_soil.calibration.uncertainty import (
+    Likelihood,
+    credible_level,
+    equivalents,
+    identifiability,
+    intervals,
+    likelihood_of,
+    posterior_table,
+    probabilities,
+    sample,
+)
+from virtual_soil.campaign.experiments.registry import RESPONSES
 
 VARIABLES = ("radius_m", "static_friction", "rolling_friction")
 SPACE = Space(VARIABLES, dict.fromkeys(VARIABLES, (0.0, 1.0)))
@@ -29,10 +41,11 @@ class Linear:
 def problem(slopes=((1, 0, 0), (0, 1, 0), (0, 0, 1)), truth=(0.4, 0.5, 0.6), sigma=(0.02, 0.04, 0.03), error=0.0, weights=EQUAL):
     models = {name: Linear(row, error) for name, row in zip(EQUAL, slopes, strict=True)}
     targets = {name: float(np.dot(row, truth)) for name, row in zip(EQUAL, slopes, strict=True)}
-    return Likelihood(models, SPACE, targets, dict(zip(EQUAL, sigma, strict=True)), weights)
+    return Likelihood(RESPONSES, models, SPACE, targets, dict(zip(EQUAL, sigma, strict=True)), weights)
 
 
-CASE = {"case": "moon", "soil": "moon", "weights": [0.25] * 4}
+WEIGHTS = {"angle_of_repose": 0.25, "cohesion": 0.25, "friction_angle": 0.25, "large_grains": 0.25}
+CASE = {"case": "moon", "soil": "moon", "weights": WEIGHTS}
 
 
 def test_the_posterior_of_a_linear_problem_is_the_normal_distribution():
@@ -62,7 +75,7 @@ def test_both_of_two_modes_are_sampled():
 
     models = {"cohesion": Square(None), "friction_angle": Linear((0, 1, 0)), "angle_of_repose": Linear((0, 0, 1))}
     targets = {"cohesion": 0.09, "friction_angle": 0.5, "angle_of_repose": 0.5}
-    unit, _ = sample(Likelihood(models, SPACE, targets, dict.fromkeys(EQUAL, 0.01), EQUAL), 2000)
+    unit, _ = sample(Likelihood(RESPONSES, models, SPACE, targets, dict.fromkeys(EQUAL, 0.01), EQUAL), 2000)
     assert 0.25 < (unit[:, 0] < 0.5).mean() < 0.75
     assert np.abs(np.abs(unit[:, 0] - 0.5) - 0.3).mean() < 0.02
 
@@ -127,7 +140,7 @@ def test_a_target_out_of_reach_does_not_drown_those_within():
         "friction_angle": Linear((0, 1, 0)),
         "angle_of_repose": Linear((0, 0, 1)),
     }
-    likelihood = likelihood_of(CASE, models, soils, SPACE, 0.05)
+    likelihood = likelihood_of(CASE, RESPONSES, models, soils, SPACE, 0.05)
     assert likelihood.discrepancies["cohesion"] == pytest.approx(9.0 - 0.02)
     assert likelihood.discrepancies["friction_angle"] == 0.0
     unit, _ = sample(likelihood, 2000)
@@ -140,8 +153,9 @@ def test_a_target_out_of_reach_does_not_drown_those_within():
 def test_an_unstated_uncertainty_is_a_share_of_the_value_and_a_stated_one_counts():
     rows = [("moon", "cohesion", 0.0, np.nan), ("moon", "friction_angle", 40.0, np.nan), ("moon", "angle_of_repose", 30.0, 2.0)]
     soils = pd.DataFrame(rows, columns=["soil", "property", "value", "standard_uncertainty"])
-    found = likelihood_of({**CASE, "weights": [1, 10, 10, 5]}, {}, soils, SPACE, 0.05)
+    weights = {"large_grains": 5, "friction_angle": 10, "angle_of_repose": 1, "cohesion": 10}
+    found = likelihood_of({**CASE, "weights": weights}, RESPONSES, {}, soils, SPACE, 0.05)
     assert found.uncertainties == {"cohesion": 1.0, "friction_angle": 2.0, "angle_of_repose": 2.0}
     assert found.weights == pytest.approx({"angle_of_repose": 1 / 7, "cohesion": 10 / 7, "friction_angle": 10 / 7})
     with pytest.raises(CalibrationError, match="soil of a case is mars"):
-        likelihood_of({**CASE, "soil": "mars"}, {}, soils, SPACE, 0.05)
+        likelihood_of({**CASE, "soil": "mars"}, RESPONSES, {}, soils, SPACE, 0.05)

@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 from campaign import ENVIRONMENT, ROOT
 
-from virtual_soil.calibration import cases_of
-from virtual_soil.calibration.surrogate import RESPONSES
+from virtual_soil.calibration.first_answer import cases_of
+from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.campaign.tables import read_provenance, read_table
 
 REFERENCE = ROOT / "docs" / "reference"
@@ -40,7 +40,8 @@ def test_it_is_the_reference_campaigns_own_answer(answered, soil, n_cases):
     table = read_table(str(folder / f"results/first_answer/{soil}.parquet"), "first_answer").set_index("case")
     reference = pd.read_parquet(REFERENCE / "calibration.parquet").query("surrogate == 'ours'").set_index("case").loc[table.index]
     assert len(table) == n_cases
-    weights = [f"weight_{name}" for name in (*RESPONSES, "radius")]
+    weights = [f"weight_{name}" for name in (*RESPONSES, "large_grains")]
+    reference = reference.rename(columns={"weight_radius": "weight_large_grains"})  # older reference tables
     assert table[weights].to_numpy() == pytest.approx(reference[weights].to_numpy())
     for name in VARIABLES:
         assert table[name].to_numpy() == pytest.approx(reference[name].to_numpy(), rel=1e-3)
@@ -109,6 +110,7 @@ def test_make_shows_why_it_cannot_answer():
 
 
 def test_a_soil_without_a_case_has_equal_weights():
-    cases = [{"case": "a", "soil": "sand", "weights": [1, 2, 3, 4]}]
-    assert cases_of("sand", cases) == cases
-    assert cases_of("clay", cases) == [{"case": "clay", "soil": "clay", "weights": [0.25] * 4}]
+    cases = [{"case": "a", "soil": "sand", "weights": {"angle_of_repose": 1, "cohesion": 2}}]
+    assert cases_of("sand", cases, RESPONSES) == cases
+    weights = {"angle_of_repose": 0.25, "cohesion": 0.25, "friction_angle": 0.25, "large_grains": 0.25}
+    assert cases_of("clay", cases, RESPONSES) == [{"case": "clay", "soil": "clay", "weights": weights}]

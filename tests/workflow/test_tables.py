@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from virtual_soil.calibration import acceleration_table
+from virtual_soil.calibration.checks import FidelityCheck, acceleration_table
 from virtual_soil.campaign.tables import (
     SCHEMAS,
     TableError,
@@ -70,7 +70,7 @@ def test_a_table_without_rows_obeys_its_schema(tmp_path):
 def test_a_study_without_check_points_twins_or_further_rounds_has_tables_all_the_same(tmp_path):
     path = str(tmp_path / "empty.parquet")
     for name, frame in (
-        ("acceleration", acceleration_table(empty_table("repose"), empty_table("shear"))),
+        ("acceleration", acceleration_table([FidelityCheck("repose", empty_table("repose"), "angle_of_repose_deg")])),
         ("twins", pd.DataFrame()),
     ):
         write_table(frame, path, name, {})

@@ -3,21 +3,23 @@
 import pandas as pd
 
 from _log import log_to
-from virtual_soil.calibration import calibrate, published
+from virtual_soil.calibration import paper
+from virtual_soil.calibration.optimise import calibrate, cases_about
+from virtual_soil.calibration.paper import published
+from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.campaign.inference import read_models
 from virtual_soil.campaign.tables import read_table, write_table
-
-#: The paper's surrogates know these variables and no others.
-PUBLISHED_VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
     soils = read_table(snakemake.input.soils, "soil")
     polynomials = read_models(snakemake.input.surrogates, "quadratic")
     options = {**snakemake.params.optimise, "unreachable": "as_given"}
+    printed = {name: RESPONSES[name] for name in paper.RESPONSES}
+    its_options = {**options, "cases": cases_about(printed, options["cases"])}
     results = [
-        calibrate(polynomials, soils, options, snakemake.params.design["variables"], "polynomial"),
-        calibrate(published(), soils, options, PUBLISHED_VARIABLES, "published"),
+        calibrate(RESPONSES, polynomials, soils, options, snakemake.params.design["variables"], "polynomial"),
+        calibrate(printed, published(), soils, its_options, paper.VARIABLES, "published"),
     ]
     provenance = {"rule": snakemake.rule, **dict(snakemake.params.items())}
     for k, name in enumerate(("optima", "iterations", "minima")):

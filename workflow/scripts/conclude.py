@@ -5,7 +5,7 @@ import shutil
 import pandas as pd
 
 from _log import log_to
-from virtual_soil.calibration import conclusion
+from virtual_soil.calibration.verify import conclusion
 from virtual_soil.campaign.files import whole
 from virtual_soil.campaign.inference import likelihoods_of, read_models
 from virtual_soil.campaign.tables import read_table, write_table

@@ -3,23 +3,25 @@
 from threadpoolctl import threadpool_limits
 
 from _log import log_to
-from virtual_soil.calibration import cases_of, first_answer, first_answer_text, measure_soil
+from virtual_soil.calibration.first_answer import cases_of, first_answer, first_answer_text
+from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.campaign.files import write_text
-from virtual_soil.campaign.inference import read_models
-from virtual_soil.campaign.tables import read_provenance, read_table, write_table
+from virtual_soil.campaign.inference import read_models, read_tables
+from virtual_soil.campaign.soils import measure_soil
+from virtual_soil.campaign.tables import read_provenance, write_table
 
 
 def main(files, params, output, provenance):
     # the reference's own design and material: the study's may differ
     design, material = read_provenance(files.calibration)["design"], read_provenance(files.verification)["material"]
-    tables = {name: read_table(files[name], name) for name in ("repose", "strength")}
+    tables = read_tables(files.tables)
     soils = measure_soil(files.soil)
-    cases = cases_of(soils["soil"].iloc[0], params.optimise["cases"])
+    cases = cases_of(soils["soil"].iloc[0], params.optimise["cases"], RESPONSES)
     settings = {"design": design, "cases": cases, "optimise": params.optimise, "uncertainty": params.uncertainty}
     models, processes = (read_models(files.surrogates, kind) for kind in ("chosen", "gaussian_process"))
-    table, reach = first_answer(models, processes, tables, soils, settings)
+    table, reach = first_answer(RESPONSES, models, processes, tables, soils, settings)
     write_table(table, output.table, "first_answer", {**provenance, "design": design, "material": material})
-    write_text(output.text, first_answer_text(table, reach, soils, design, material))
+    write_text(output.text, first_answer_text(RESPONSES, table, reach, soils, design, material))
 
 
 if __name__ == "__main__":

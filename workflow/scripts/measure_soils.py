@@ -1,17 +1,24 @@
-"""Adapt rule `measure_soils` to `calibration.measure_soil` and `calibration.twin_soil`."""
+"""Adapt rule `measure_soils` to `virtual_soil.campaign.soils` and `virtual_soil.calibration.twin`."""
 
 import pandas as pd
 
 from _log import log_to
-from virtual_soil.calibration import measure_soil, twin_soil
-from virtual_soil.campaign.tables import read_table, write_table
+from virtual_soil.calibration.twin import twin_soil
+from virtual_soil.campaign.design import SEED_KEYS
+from virtual_soil.campaign.experiments.registry import EXPERIMENTS, RESPONSES
+from virtual_soil.campaign.inference import read_tables
+from virtual_soil.campaign.soils import measure_soil
+from virtual_soil.campaign.tables import write_table
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
     params = snakemake.params
     tables = [measure_soil(path) for path in snakemake.input.soils]
     if params.twins:
-        repose, strength = read_table(snakemake.input.repose[0], "repose"), read_table(snakemake.input.strength[0], "strength")
-        tables += [twin_soil(name, twin, repose, strength, params.design, params.material) for name, twin in params.twins.items()]
+        runs = read_tables(snakemake.input.tables)
+        for name, twin in params.twins.items():
+            prepared = [f"{len(twin[SEED_KEYS[test.NAME]])} {test.NOUNS[2]}" for test in reversed(EXPERIMENTS)]
+            found = twin_soil(name, twin, RESPONSES, runs, params.design, params.material)
+            tables.append(found.assign(method=", ".join(["simulated", *prepared])))
     provenance = {"rule": snakemake.rule, **dict(params.items())}
     write_table(pd.concat(tables, ignore_index=True), snakemake.output.table, "soil", provenance)

@@ -1,15 +1,16 @@
 """Adapt rule `reachability` to `calibration.reachability_table`."""
 
 from _log import log_to
-from virtual_soil.calibration import reachability_table, space_of
-from virtual_soil.campaign.inference import read_models
+from virtual_soil.calibration.checks import reachability_table
+from virtual_soil.calibration.models import space_of
+from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.campaign.inference import read_models, read_tables
 from virtual_soil.campaign.tables import read_table, write_table
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
     models = read_models(snakemake.input.surrogates)
-    repose, strength = read_table(snakemake.input.repose, "repose"), read_table(snakemake.input.strength, "strength")
-    soils = read_table(snakemake.input.soils, "soil")
+    tables, soils = read_tables(snakemake.input.tables), read_table(snakemake.input.soils, "soil")
     space, ratio = space_of(snakemake.params.design), snakemake.params.uncertainty["target_uncertainty_ratio"]
-    table = reachability_table(models, space, repose, strength, soils, ratio)
+    table = reachability_table(RESPONSES, models, space, tables, soils, ratio)
     write_table(table, snakemake.output.table, "reachability", {"rule": snakemake.rule, **dict(snakemake.params.items())})

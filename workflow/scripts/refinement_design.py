@@ -3,8 +3,8 @@
 from types import SimpleNamespace
 
 from _log import log_to
-from virtual_soil.calibration import further, propose, settled
-from virtual_soil.calibration.design import SEED_STEP
+from virtual_soil.calibration.refine import propose, settled
+from virtual_soil.campaign.design import SEED_KEYS, SEED_STEP, further
 from virtual_soil.campaign.inference import likelihoods_of
 from virtual_soil.campaign.tables import read_table, write_table
 
@@ -25,7 +25,7 @@ def main(files, params, round_number, output):
             found = minima.loc[minima["case"] == case, study["design"]["variables"]].astype(float)
             points += propose(found.to_dict("records"), likelihood, refine["points_per_case"])
     step = SEED_STEP * (round_number - 1)
-    seeds = {key: [seed + step for seed in refine[key]] for key in ("repose_seeds", "shear_seeds")}
+    seeds = {key: [seed + step for seed in refine[key]] for key in SEED_KEYS.values()}
     write_table(further(study, "refinement", points, seeds), output.table, "design", {"rule": "refinement_design"})
 
 

@@ -4,7 +4,7 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from _log import log_to
-from virtual_soil.calibration import equivalents, identifiability, posterior_table, sample
+from virtual_soil.calibration.uncertainty import equivalents, identifiability, posterior_table, sample
 from virtual_soil.campaign.inference import likelihoods_of, optima, read_models
 from virtual_soil.campaign.tables import read_table, write_table
 

@@ -1,7 +1,7 @@
 """Adapt checkpoint `verification_design` to `calibration.further`."""
 
 from _log import log_to
-from virtual_soil.calibration import further
+from virtual_soil.campaign.design import further
 from virtual_soil.campaign.inference import optima
 from virtual_soil.campaign.tables import read_table, write_table
 

@@ -1,22 +1,24 @@
-"""Adapt rules `compare_round` and `verify` to `calibration.comparison_table`."""
+"""Adapt rules `compare_round` and `verify` to `virtual_soil.calibration.verify`."""
 
 from _log import log_to
-from virtual_soil.calibration import comparison_table
-from virtual_soil.calibration.noise import pooled_line_scatter, pooled_scatter
-from virtual_soil.campaign.inference import read_models
+from virtual_soil.calibration.noise import known_scatter
+from virtual_soil.calibration.verify import comparison_table
+from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.campaign.inference import read_models, read_tables
+from virtual_soil.campaign.measure import responses_by_seed
 from virtual_soil.campaign.tables import read_table, write_table
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
     files, params = snakemake.input, snakemake.params
-    tables = {name: read_table(files[name], name) for name in ("repose", "shear", "strength")}
-    heaps, strength = read_table(files.campaign_repose, "repose"), read_table(files.campaign_strength, "strength")
-    scatter = {
-        "heap": pooled_scatter(heaps[heaps["angle_of_repose_deg"].notna()], "angle_of_repose_deg"),
-        "line": pooled_line_scatter(strength[strength["fidelity"] == "campaign"]),
-    }
-    kind = {"strength": params.strength, "normal_stress": params.normal_stress}
+    tables, campaign = read_tables(files.tables), read_tables(files.campaign)
     table = comparison_table(
-        read_table(files.calibration, "optima"), read_models(files.surrogates), tables, params.material, kind, scatter
+        RESPONSES,
+        read_table(files.calibration, "optima"),
+        read_models(files.surrogates),
+        tables,
+        responses_by_seed(tables, params.settings),
+        {name: known_scatter(response, campaign[response.table]) for name, response in RESPONSES.items()},
+        params.material,
     )
     write_table(table, snakemake.output.table, "verification", {"rule": snakemake.rule, **dict(params.items())})

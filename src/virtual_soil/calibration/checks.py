@@ -1,38 +1,61 @@
-"""Checks on a campaign: what the acceleration costs in accuracy, and whether the targets can be reached at all."""
+"""Checks on a campaign: the error of the accelerated fidelity, and whether the design reaches the targets."""
+
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from virtual_soil.calibration.noise import pooled_scatter
+from virtual_soil.calibration.noise import NOISE_LIMIT, pooled_scatter
+from virtual_soil.calibration.response import Responses
 from virtual_soil.calibration.space import REACH, Space
-from virtual_soil.calibration.surrogate import RESPONSES
 from virtual_soil.calibration.uncertainty import target_uncertainty
 
-NOISE_LIMIT = 2.0
+ACCELERATION = [
+    "experiment",
+    "quantity",
+    "static_friction",
+    "rolling_friction",
+    "campaign_mean",
+    "campaign_sd",
+    "campaign_n",
+    "reference_mean",
+    "reference_sd",
+    "reference_n",
+    "bias",
+    "bias_se",
+    "exceeds_noise",
+    "campaign_wall_time_s",
+    "reference_wall_time_s",
+]
 
 
-def acceleration_table(repose: pd.DataFrame, shear: pd.DataFrame) -> pd.DataFrame:
-    """Accelerated against reference simulations of the check points: means, bias, its standard error from the seeds' scatter.
+class FidelityCheck(NamedTuple):
+    """A quantity to compare between fidelities: its experiment, the table of runs that holds it, its column.
+
+    load : column of the load that a run is made at, if it has one; loads without a reference simulation do not count.
+    """
+
+    experiment: str
+    table: pd.DataFrame
+    quantity: str
+    load: str | None = None
+
+
+def acceleration_table(compared: list[FidelityCheck]) -> pd.DataFrame:
+    """Accelerated and reference simulations of the check points: means, bias, its standard error from the scatter over seeds.
 
     The scatter is pooled over all points and both fidelities of an experiment. Empty where a study has no check points.
     """
-    shear = shear.assign(shear_stress_ratio=shear["plateau_shear_stress_pa"] / shear["plane_normal_stress_pa"])
-    rows = [*compared(repose, "repose", "angle_of_repose_deg"), *compared(shear, "shear", "shear_stress_ratio")]
-    columns = [
-        "experiment", "quantity", "static_friction", "rolling_friction", "campaign_mean", "campaign_sd", "campaign_n",
-        "reference_mean", "reference_sd", "reference_n", "bias", "bias_se", "exceeds_noise", "campaign_wall_time_s",
-        "reference_wall_time_s",
-    ]  # fmt: skip
-    return pd.DataFrame(rows, columns=columns)
+    return pd.DataFrame([row for check in compared for row in biases(*check)], columns=ACCELERATION)
 
 
-def compared(table: pd.DataFrame, experiment: str, quantity: str) -> list[dict]:
+def biases(experiment: str, table: pd.DataFrame, quantity: str, load: str | None) -> list[dict]:
     """One row per check point of one experiment."""
     good = table[table[quantity].notna() & (table["status"] != "failed")]
     reference = good[good["fidelity"] == "reference"]
     relevant = good[good["point_id"].isin(reference["point_id"])]
-    if experiment == "shear":
-        relevant = relevant[relevant["normal_stress_pa"].isin(reference["normal_stress_pa"])]
+    if load is not None:
+        relevant = relevant[relevant[load].isin(reference[load])]
     pooled = pooled_scatter(relevant, quantity)
     rows = []
     for _, point in relevant.groupby("point_id", sort=False):
@@ -68,12 +91,12 @@ def described(fidelity: str, runs: pd.DataFrame, quantity: str) -> dict:
     }
 
 
-def reachability_table(models: dict, space: Space, repose: pd.DataFrame, strength: pd.DataFrame, soils: pd.DataFrame, ratio: float):
+def reachability_table(responses: Responses, models: dict, space: Space, tables: dict, soils: pd.DataFrame, ratio: float):
     """Every target beside the range of its response over the design, before anything is optimised.
 
-    A target is reachable if it lies between the surrogate's lowest and highest value, or no further beyond them than two of its own
-    standard uncertainties (`ratio` of its value where the soil states none). `grows_with` says in which direction to extend the
-    design for a target beyond that: the variables by whose increase (+) or decrease (-) the response comes nearer to it, strongest
+    A target is reachable if it lies between the surrogate's lowest and highest value, or beyond them by no more than two of its own
+    standard uncertainties (`ratio` of its value where the soil states none). `grows_with` is the direction in which to extend the
+    design for an unreachable target: the variables whose increase (+) or decrease (-) brings the response nearer to it, strongest
     first.
     """
     unit = space.everywhere(REACH)
@@ -81,8 +104,8 @@ def reachability_table(models: dict, space: Space, repose: pd.DataFrame, strengt
     for _, target in soils.iterrows():
         name = target["property"]
         mean = models[name].predict(space.values(unit))
-        source = repose if name == "angle_of_repose" else strength
-        simulated = source.loc[source["fidelity"] == "campaign", RESPONSES[name][0]].dropna()
+        source = tables[responses[name].table]
+        simulated = source.loc[source["fidelity"] == "campaign", responses[name].column].dropna()
         nearest = int(np.argmin(np.abs(mean - target["value"])))
         bound = float(np.clip(target["value"], mean.min(), mean.max()))
         reachable = abs(bound - target["value"]) <= NOISE_LIMIT * target_uncertainty(target, ratio)

@@ -1,7 +1,7 @@
-"""A first answer without any simulation: a soil calibrated on a campaign that others have run.
+"""A first answer without any simulation: a soil calibrated on a reference campaign.
 
-The surrogates, the search, the posterior and the intervals are those of a campaign of one's own; only the simulations are not. What
-that costs is not known before a campaign at one's own settings has verified the optimum: the answer says so in every row.
+Search, posterior and intervals are those of a study; only the simulations are the reference's. The resulting error is unknown until
+a campaign at the study's settings has verified the optimum: every row of the answer says so.
 """
 
 import numpy as np
@@ -9,29 +9,29 @@ import pandas as pd
 
 from virtual_soil.calibration.checks import reachability_table
 from virtual_soil.calibration.models import space_of
-from virtual_soil.calibration.optimise import calibrate
-from virtual_soil.calibration.surrogate import RESPONSES
+from virtual_soil.calibration.optimise import calibrate, terms
+from virtual_soil.calibration.response import Responses
 from virtual_soil.calibration.uncertainty import likelihood_of, posterior_table, sample
 from virtual_soil.calibration.verify import conclusion
 
-#: How much each response and the radius weigh where a study names no case of the soil.
-EQUAL_WEIGHTS = (0.25, 0.25, 0.25, 0.25)
 BASIS = "surrogates of the reference tables; to be confirmed by a campaign at one's own settings"
 
 
-def cases_of(soil: str, cases: list[dict]) -> list[dict]:
-    """A study's cases of a soil; one with equal weights and the soil's name where it has none."""
-    return [case for case in cases if case["soil"] == soil] or [{"case": soil, "soil": soil, "weights": list(EQUAL_WEIGHTS)}]
+def cases_of(soil: str, cases: list[dict], responses: Responses) -> list[dict]:
+    """A study's cases of a soil; if it has none, one with equal weights and the soil's name."""
+    names = terms(responses)
+    equal = {"case": soil, "soil": soil, "weights": dict.fromkeys(names, 1.0 / len(names))}
+    return [case for case in cases if case["soil"] == soil] or [equal]
 
 
-def first_answer(models: dict, processes: dict, tables: dict, soils: pd.DataFrame, settings: dict):
+def first_answer(responses: Responses, models: dict, processes: dict, tables: dict, soils: pd.DataFrame, settings: dict):
     """Calibrate one soil on another campaign's surrogates.
 
     Parameters
     ----------
     models, processes : by response, that campaign's chosen surrogates and Gaussian processes (see `calibration.from_json`).
-    tables : its "repose" and "strength". soils : the soil table of one soil.
-    settings : its "design"; the "cases" to solve, "optimise" and "uncertainty" of one's own study.
+    tables : its tables of the responses, by name. soils : the soil table of one soil.
+    settings : the campaign's "design"; the "cases" to solve, "optimise" and "uncertainty" of the study.
 
     Returns
     -------
@@ -40,9 +40,9 @@ def first_answer(models: dict, processes: dict, tables: dict, soils: pd.DataFram
     """
     design, ratio = settings["design"], settings["uncertainty"]["target_uncertainty_ratio"]
     space, variables = space_of(design), design["variables"]
-    reach = reachability_table(models, space, tables["repose"], tables["strength"], soils, ratio)
-    optima, _, _ = calibrate(models, soils, {**settings["optimise"], "cases": settings["cases"]}, variables, "ours")
-    likelihoods = {case["case"]: likelihood_of(case, models, soils, space, ratio) for case in settings["cases"]}
+    reach = reachability_table(responses, models, space, tables, soils, ratio)
+    optima, _, _ = calibrate(responses, models, soils, {**settings["optimise"], "cases": settings["cases"]}, variables, "ours")
+    likelihoods = {case["case"]: likelihood_of(case, responses, models, soils, space, ratio) for case in settings["cases"]}
     n_samples = settings["uncertainty"]["n_samples"]
     samples = [
         posterior_table(case, likelihoods[case["case"]], *sample(likelihoods[case["case"]], n_samples))
@@ -53,8 +53,10 @@ def first_answer(models: dict, processes: dict, tables: dict, soils: pd.DataFram
     return table.assign(out_of_reach=",".join(reach.loc[~reach["reachable"], "response"]), basis=BASIS), reach
 
 
-def first_answer_text(table: pd.DataFrame, reach: pd.DataFrame, soils: pd.DataFrame, design: dict, material: dict) -> str:
-    """The answer in a few lines; material: the reference campaign's, of which the design's variables are replaced by the answer."""
+def first_answer_text(
+    responses: Responses, table: pd.DataFrame, reach: pd.DataFrame, soils: pd.DataFrame, design: dict, material: dict
+) -> str:
+    """The answer in a few lines; material: the reference campaign's, whose design variables the answer replaces."""
     soil = table["soil"].iloc[0]
     lines = [
         f"First answer for {soil}, from the reference tables in docs/reference.",
@@ -68,7 +70,8 @@ def first_answer_text(table: pd.DataFrame, reach: pd.DataFrame, soils: pd.DataFr
         lines.append(f"  {row['property']:<18}{row['value']:>8.4g}{stated} {row['unit']}   {row['method']}; {row['source']}")
     lines += ["", "Can such grains behave like it?"]
     for _, row in reach.iterrows():
-        ends = f"the design reaches {row['lowest_predicted']:.3g} to {row['highest_predicted']:.3g} {RESPONSES[row['response']][1]}"
+        unit = responses[row["response"]].unit
+        ends = f"the design reaches {row['lowest_predicted']:.3g} to {row['highest_predicted']:.3g} {unit}"
         nearer = f"; nearer with {row['grows_with']}" if row["grows_with"] else ""
         verdict = "yes" if row["reachable"] else f"NO, nearest {row['nearest_reachable']:.3g}{nearer}"
         lines.append(f"  {row['response']:<18}{verdict} ({ends})")
@@ -77,7 +80,7 @@ def first_answer_text(table: pd.DataFrame, reach: pd.DataFrame, soils: pd.DataFr
         for name in design["variables"]:
             lines.append(f"  {name:<22}{row[name]:>10.4g}   {row[f'{name}_low_95']:.3g} to {row[f'{name}_high_95']:.3g}")
         lines.append(f"{'predicted there, 95 % interval, wanted':>45}")
-        for column, _ in RESPONSES.values():
+        for column in (response.column for response in responses.values()):
             interval = f"{row[f'{column}_low_95']:.3g} to {row[f'{column}_high_95']:.3g}"
             lines.append(f"  {column:<22}{row[column]:>10.4g}   {interval:<18} {row[f'target_{column}']:.4g}")
         for what, said in (("missed by more than two standard deviations", "missed"), ("extrapolated", "extrapolated")):

@@ -1,4 +1,4 @@
-"""Step 3: which points are known, both kinds of surrogate fitted to them, and the choice between the two.
+"""Step 3: known points of a response, both kinds of surrogate fitted to them, and the choice between the two.
 
 The paper's polynomials are the reference; a Gaussian process is the alternative. `model` in a study's configuration names one, or
 "best": the one with the smaller error at points left out, each in units of its noise.
@@ -12,37 +12,34 @@ import pandas as pd
 
 from virtual_soil.calibration.errors import CalibrationError, demand
 from virtual_soil.calibration.gaussian_process import GaussianProcess, fit_process, left_out
-from virtual_soil.calibration.noise import line_errors, pooled_line_scatter, pooled_scatter
+from virtual_soil.calibration.noise import known_scatter, line_errors
+from virtual_soil.calibration.response import Response, Responses
 from virtual_soil.calibration.space import Space
-from virtual_soil.calibration.surrogate import RESPONSES, Factor, Surrogate, fit_surrogate, on_grid, on_sweep
-
-#: response -> column of its standard error; the angle of repose's comes from the scatter over seeds.
-ERRORS = {"cohesion": "cohesion_se_pa", "friction_angle": "friction_angle_se_deg"}
+from virtual_soil.calibration.surrogate import Factor, Surrogate, fit_surrogate, on_grid, on_sweep
 
 
-def known_points(repose: pd.DataFrame, strength: pd.DataFrame, response: str, design: dict, material: dict) -> pd.DataFrame:
-    """What simulations say of a response: one row per point with its variables, the response, `noise` and `point_id`.
+def known_points(response: Response, tables: dict, design: dict, material: dict) -> pd.DataFrame:
+    """Simulated points of a response: one row each with its variables, the response, `noise` and `point_id`.
 
-    All points of the campaign's fidelity count whose other properties are the base material's, hidden twins excepted. `noise` is
-    the standard error: of an angle of repose the scatter pooled over all repeated heaps over the root of the point's seeds; of
-    cohesion and friction angle that of the strength line, its scatter moderated by that of all lines.
+    All points of the campaign's fidelity with the base material's other properties count, except hidden twins. `noise` is the
+    standard error. Where rows are runs, it is the scatter pooled over all repeated points, over the root of the point's number of
+    seeds. Where rows are regressions, it is their own, with the scatter moderated by that of all regressions.
     """
-    column = RESPONSES[response][0]
-    source = repose if response == "angle_of_repose" else strength
+    source, column = tables[response.table], response.column
     fixed = [name for name in material if name not in design["variables"]]
     usable = (source["fidelity"] == "campaign") & source[column].notna() & (source["purposes"] != "twin")
     for name in fixed:
         usable &= np.isclose(source[name].astype(float), material[name])
     groups = source[usable].groupby("point_id", sort=False)
     points = groups[[*design["variables"], column]].mean().reset_index()
-    demand(len(points) > 0, f"{response}: points with a result", 0, "at least one; see the failed runs' reasons")
-    if response in ERRORS:
-        errors = line_errors(source, ERRORS[response], pooled_line_scatter(source[source["fidelity"] == "campaign"]))
-        points["noise"] = source[usable].assign(noise=errors[usable]).groupby("point_id", sort=False)["noise"].mean().to_numpy()
-    else:
-        scatter = pooled_scatter(source[source[column].notna()], column)
-        demand(bool(np.isfinite(scatter)), "heaps of the same point with different seeds", 0, "at least two, to know the scatter")
+    demand(len(points) > 0, f"{response.name}: points with a result", 0, "at least one; see the failed runs' reasons")
+    scatter = known_scatter(response, source)
+    if response.error_column is None:
+        demand(bool(np.isfinite(scatter)), f"{response.name}: points with several seeds", 0, "at least one, to know the scatter")
         points["noise"] = scatter / np.sqrt(groups.size().to_numpy())
+    else:
+        errors = line_errors(source, response.error_column, scatter)
+        points["noise"] = source[usable].assign(noise=errors[usable]).groupby("point_id", sort=False)["noise"].mean().to_numpy()
     return points
 
 
@@ -54,30 +51,32 @@ def space_of(design: dict) -> Space:
     return Space(tuple(design["variables"]), ranges, {**offsets, **dict.fromkeys(design["sweep"], 0.0)})
 
 
-def fit_all(repose: pd.DataFrame, strength: pd.DataFrame, design: dict, material: dict, forms: dict):
-    """Both surrogates of all three properties.
+def fit_all(responses: Responses, tables: dict, design: dict, material: dict, forms: dict):
+    """Both surrogates of all responses.
 
-    Returns ({response: {"quadratic": Surrogate, "gaussian_process": GaussianProcess}}, residual table). forms is the `surrogate`
-    part of a configuration.
+    Returns ({response: {"quadratic": Surrogate, "gaussian_process": GaussianProcess}}, residual table). tables : by name, those of
+    the responses. forms : the `surrogate` part of a configuration, by response.
     """
     models, residuals = {}, []
-    for response in RESPONSES:
-        points = known_points(repose, strength, response, design, material)
-        models[response], table = fit_both(response, points, design, material, forms[response])
+    for name, response in responses.items():
+        points = known_points(response, tables, design, material)
+        models[name], table = fit_both(response, points, design, material, forms[name])
         residuals.append(table)
     return models, pd.concat(residuals, ignore_index=True)
 
 
-def fit_both(response: str, points: pd.DataFrame, design: dict, material: dict, form: dict):
+def fit_both(response: Response, points: pd.DataFrame, design: dict, material: dict, form: dict):
     """Both surrogates of one response and the table of their residuals, in the fit and left out."""
-    column, unit = RESPONSES[response]
+    column = response.column
     of_design = points[on_grid(points, design, material) | on_sweep(points, design)]
     polynomial = fit_surrogate(response, of_design, design, material, form)
     errors = polynomial_left_out(response, of_design, design, material, form)
     polynomial = with_errors(polynomial, errors, of_design["noise"].to_numpy())
-    process = fit_process(response, unit, space_of(design), points[design["variables"]], points[column], points["noise"])
+    process = fit_process(
+        response.name, response.unit, space_of(design), points[design["variables"]], points[column], points["noise"]
+    )
     errors_of_process = points[column].to_numpy() - left_out(process)[0]
-    shared = points.index.isin(of_design.index)  # scores are compared at the points that both know
+    shared = points.index.isin(of_design.index)  # scores are compared at the points that both are fitted to
     score = float(np.sqrt(((errors_of_process / points["noise"].to_numpy())[shared] ** 2).mean()))
     process = replace(process, cv_score=score)
     in_grid = on_grid(points, design, material)
@@ -91,21 +90,21 @@ def fit_both(response: str, points: pd.DataFrame, design: dict, material: dict, 
 
 
 def with_errors(surrogate: Surrogate, errors: np.ndarray, noise: np.ndarray) -> Surrogate:
-    """The polynomial with its errors at left-out points; points that it cannot do without (NaN) do not count."""
+    """The polynomial with its errors at left-out points; points that the fit needs (NaN) do not count."""
     known = np.isfinite(errors)
     rmse = float(np.sqrt((errors[known] ** 2).mean())) if known.any() else float("nan")
     score = float(np.sqrt(((errors[known] / noise[known]) ** 2).mean())) if known.any() else float("nan")
     return Surrogate(**{**vars(surrogate), "cv_rmse": rmse, "cv_score": score})
 
 
-def polynomial_left_out(response: str, points: pd.DataFrame, design: dict, material: dict, form: dict) -> np.ndarray:
+def polynomial_left_out(response: Response, points: pd.DataFrame, design: dict, material: dict, form: dict) -> np.ndarray:
     """Error of the whole fit at every point that is left out of it (n,); NaN where the rest does not determine it."""
-    column, errors = RESPONSES[response][0], []
+    errors = []
     for k in range(len(points)):
         row = points.iloc[k]
         try:
             without = fit_surrogate(response, points.drop(index=points.index[k]), design, material, form)
-            errors.append(row[column] - float(without.predict({name: row[name] for name in design["variables"]})))
+            errors.append(row[response.column] - float(without.predict({name: row[name] for name in design["variables"]})))
         except CalibrationError:
             errors.append(np.nan)
     return np.array(errors)

@@ -1,27 +1,55 @@
-"""How far runs that differ only in their seed lie apart."""
+"""Scatter over seeds, and the standard errors that follow from it.
+
+A response's table has one of two forms, see `calibration.response`: each row is a run (no error column), or a regression through
+several runs (an error column, n_runs and relative_scatter).
+"""
 
 import numpy as np
 import pandas as pd
 
-#: How much evidence on its own scatter a strength line borrows from all lines, in degrees of freedom: that of one line of 8 tests.
+from virtual_soil.calibration.response import Response
+
+#: Two numbers agree if they differ by no more than this number of standard errors of their difference.
+NOISE_LIMIT = 2.0
+#: Degrees of freedom that a regression borrows from all regressions to know its own scatter: those of a line through 8 tests.
 BORROWED = 6.0
 
 
-def pooled_line_scatter(strength: pd.DataFrame) -> float:
-    """Relative scatter of shear strengths about their lines, pooled over a table of lines."""
-    freedom = strength["n_runs"] - 2
-    return float(np.sqrt((freedom * strength["relative_scatter"] ** 2).sum() / freedom.sum()))
+def known_scatter(response: Response, table: pd.DataFrame) -> float:
+    """Scatter that a campaign's table knows of a response; `error_of_mean` turns it into an error.
 
-
-def line_errors(strength: pd.DataFrame, error: str, pooled: float) -> np.ndarray:
-    """Standard errors of strength lines (n,), column `error`, each with its scatter moderated by that of all lines.
-
-    A line of few tests can be straight by luck and would then count as certain. Its variance is averaged with the pooled one,
-    weighted by degrees of freedom, which is the posterior mean of a variance whose prior is worth BORROWED of them (Smyth 2004).
+    Standard deviation over seeds in the response's unit, or, of regressions, their relative scatter. NaN without repeats.
     """
-    freedom, own = strength["n_runs"].to_numpy() - 2.0, strength["relative_scatter"].to_numpy()
+    if response.error_column is None:
+        return pooled_scatter(table[table[response.column].notna()], response.column)
+    return pooled_line_scatter(table[table["fidelity"] == "campaign"])
+
+
+def error_of_mean(response: Response, rows: pd.DataFrame, scatter: float, n_seeds: int) -> float:
+    """Standard error of a response at one point from the known scatter.
+
+    rows : those of the point in the response's table; the first regression counts. NaN where there is no regression.
+    """
+    if response.error_column is None:
+        return scatter / np.sqrt(max(n_seeds, 1))
+    return float(line_errors(rows, response.error_column, scatter)[0]) if len(rows) else np.nan
+
+
+def pooled_line_scatter(regressions: pd.DataFrame) -> float:
+    """Relative scatter of the runs about their regressions, pooled over a table of regressions."""
+    freedom = regressions["n_runs"] - 2
+    return float(np.sqrt((freedom * regressions["relative_scatter"] ** 2).sum() / freedom.sum()))
+
+
+def line_errors(regressions: pd.DataFrame, error: str, pooled: float) -> np.ndarray:
+    """Standard errors of regressions (n,), column `error`, each with its scatter moderated by that of all regressions.
+
+    A line through few runs can be straight by chance and would then count as certain. Its variance is averaged with the pooled one,
+    weighted by degrees of freedom: the posterior mean of a variance whose prior is worth BORROWED of them (Smyth 2004).
+    """
+    freedom, own = regressions["n_runs"].to_numpy() - 2.0, regressions["relative_scatter"].to_numpy()
     moderated = np.sqrt((BORROWED * pooled**2 + freedom * own**2) / (BORROWED + freedom))
-    return strength[error].to_numpy() * moderated / np.maximum(own, 1e-12)
+    return regressions[error].to_numpy() * moderated / np.maximum(own, 1e-12)
 
 
 def pooled_sd(groups: list[np.ndarray]) -> float:

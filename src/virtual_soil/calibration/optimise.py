@@ -1,8 +1,10 @@
 """Step 4: the grain parameters whose virtual soil comes nearest to a real one.
 
-Objectives (Equation 4), x = (r in um, mu_s, mu_r):
-    phi1 = (A - A0)/A0,  phi2 = (c - c0)/c0,  phi3 = (phi - phi0)/phi0,  phi4 = 10 (pi/2 - arctan(r - 5))
-The paper writes absolute values; the sign drops out of the cost and of the Gauss-Newton step. phi4 prefers large grains.
+Objectives (Equation 4), x: the variables in optimiser units, radii in um:
+    phi_j = (y_j(x) - t_j) / max(t_j, smallest_scale_j)   of every response, t_j its target
+    phi_large_grains, see `calibration.paper.objective`    if the radius is among the variables
+The cost is half the sum of their squares, each with its weight; terms are in the order of their names. The paper writes absolute
+values; the sign drops out of the cost and of the Gauss-Newton step.
 
 Two optimisers run from the same low-discrepancy starts: the paper's Gauss-Newton, and bounded, scaled, damped least squares, which
 cannot run away. A global check (the cheapest of very many points, refined) looks for minima that were missed. All distinct minima
@@ -10,7 +12,7 @@ inside the simulated design are kept, and the cheapest is reported: "converged" 
 bounded search did (at an edge of the design, or where Gauss-Newton runs away).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,22 +22,24 @@ from scipy.stats import qmc
 
 from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.gauss_newton import Descent, gauss_newton, jacobian
+from virtual_soil.calibration.paper.objective import large_grains
+from virtual_soil.calibration.response import Response, Responses
 from virtual_soil.calibration.space import REACH, SOBOL_SEED, Space
-from virtual_soil.calibration.surrogate import RESPONSES, Surrogate
+from virtual_soil.calibration.surrogate import Surrogate
 
-OBJECTIVES = ("angle_of_repose", "cohesion", "friction_angle", "radius")
-#: The optimiser sees radii in um, as the paper does; its |dx| and phi4 depend on it.
-UNITS = {"radius_m": 1e-6}
-#: Errors of a smaller cohesion are relative to this: dry sand has none, and shear tests do not tell a few Pa from zero.
-LEAST_COHESION_PA = 10.0
+#: Term of the cost that prefers large grains; it has a weight like a response. Without RADIUS among the variables it has no effect.
+LARGE_GRAINS, RADIUS = "large_grains", "radius_m"
+#: The optimiser's radii are in um, as in the paper; its |dx| and the large-grain objective depend on it.
+UNITS = {RADIUS: 1e-6}
 #: Two minima closer than this fraction of the design's extent are one.
 SAME = 1e-3
-#: Where on the line between two minima a barrier is looked for, and how much higher it must be, relative to the cost.
+#: Positions on the line between two minima where a barrier is sought, and its least height relative to the cost.
 LINE, BARRIER = np.linspace(0.0, 1.0, 33)[1:-1], 1e-6
 #: Distinct ends are followed to their minimum by a slower method that takes small steps along flat valleys.
 POLISH = {"method": "trf", "xtol": 1e-12, "ftol": 1e-12, "gtol": 1e-12, "max_nfev": 2000}
-#: The global check costs so many low-discrepancy points and refines the cheapest. Differential evolution is no check here: the
-#: valleys are thin (a cohesion of tens of Pa out of thousands), and it settles in the first that it meets.
+#: The global check: number of low-discrepancy points whose cost is computed, and number of the cheapest that are refined.
+#: Differential evolution is no check here: the valleys are thin (a target may be 1 % of a response's range), and it settles in the
+#: first that it meets.
 SCREENED, REFINED = 2**16, 64
 
 
@@ -44,28 +48,66 @@ def unit_of(variables) -> np.ndarray:
     return np.array([UNITS.get(name, 1.0) for name in variables])
 
 
-def objectives(surrogates: dict[str, Surrogate], targets: dict[str, float], variables, aims: dict[str, float] | None = None):
-    """The function x -> (phi1, phi2, phi3, phi4); without a radius among the variables there is no phi4.
+def terms(responses: Responses) -> list[str]:
+    """Names of the objectives, in their order: the responses and the preference for large grains."""
+    return sorted([*responses, LARGE_GRAINS])
 
-    x (n,) gives (4,), or x (n, m) gives (4, m). aims: values to come to in place of the targets, which the errors stay relative to.
+
+def weights_of(case: dict, responses: Responses) -> dict[str, float]:
+    """Weights of a case by objective, in the order of `terms`.
+
+    Raises CalibrationError unless all objectives, and no others, have a positive number.
+    """
+    given, names = case["weights"], terms(responses)
+    named = isinstance(given, Mapping) and set(given) == set(names)
+    form = ", ".join(f"{name}: {1 / len(names):.3g}" for name in names)
+    demand(
+        named and all(given[name] > 0 for name in names),
+        f"optimise.cases: weights of {case['case']}",
+        dict(given) if isinstance(given, Mapping) else given,
+        f"named weights above zero, {{{form}}}",
+    )
+    return {name: float(given[name]) for name in names}
+
+
+def cases_about(responses: Responses, cases: list[dict]) -> list[dict]:
+    """The cases with the weights of these responses only, for surrogates that know no others."""
+    names = terms(responses)
+    return [{**case, "weights": {name: case["weights"][name] for name in names}} for case in cases]
+
+
+def objectives(
+    responses: Responses,
+    surrogates: dict[str, Surrogate],
+    targets: dict[str, float],
+    variables,
+    aims: dict[str, float] | None = None,
+):
+    """The function x -> phi, in the order of `terms`; without a radius among the variables there is no large-grain objective.
+
+    x (n,) gives (k,), or x (n, m) gives (k, m). aims: values to come to in place of the targets, which the errors stay relative to.
     """
     units = unit_of(variables)
     aims = targets if aims is None else aims
+    names = [name for name in terms(responses) if name != LARGE_GRAINS or RADIUS in variables]
 
     def phi(x):
         values = dict(zip(variables, (np.asarray(x, float).T * units).T, strict=True))
-        with np.errstate(all="ignore"):
-            relative = [(surrogates[name].predict(values) - aims[name]) / scale_of(name, targets[name]) for name in OBJECTIVES[:3]]
-        if "radius_m" in variables:
-            relative.append(10.0 * (np.pi / 2 - np.arctan(x[list(variables).index("radius_m")] - 5.0)))
-        return np.array(relative)
+        result = []
+        for name in names:
+            if name == LARGE_GRAINS:
+                result.append(large_grains(x[list(variables).index(RADIUS)]))
+                continue
+            with np.errstate(all="ignore"):
+                result.append((surrogates[name].predict(values) - aims[name]) / scale_of(responses[name], targets[name]))
+        return np.array(result)
 
     return phi
 
 
-def scale_of(response: str, target: float) -> float:
-    """What a response's error is relative to: its target, as in the paper; of soils with hardly any cohesion a least one."""
-    return max(target, LEAST_COHESION_PA) if response == "cohesion" else target
+def scale_of(response: Response, target: float) -> float:
+    """Scale of a response's relative error: its target, as in the paper, but at least the response's smallest scale."""
+    return max(target, response.smallest_scale)
 
 
 def starts(low: np.ndarray, high: np.ndarray, n: int) -> np.ndarray:
@@ -76,7 +118,7 @@ def starts(low: np.ndarray, high: np.ndarray, n: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Minimum:
-    """A local minimum in optimiser units: x (n,), cost, who found it, variables at a bound of the design, conditioning.
+    """A local minimum in optimiser units: x (n,), cost, searches that found it, variables at a bound of the design, conditioning.
 
     condition_number is that of the weighted Jacobian, each variable scaled by its extent in the design: large means that some
     combination of the variables is hardly determined.
@@ -91,7 +133,7 @@ class Minimum:
 
 @dataclass(frozen=True)
 class Search:
-    """All that one search found: distinct minima in order of cost, the Gauss-Newton descents, their starts, the global check."""
+    """Result of one search: distinct minima in order of cost, the Gauss-Newton descents, their starts, the global check's cost."""
 
     minima: list[Minimum]
     descents: list[Descent]
@@ -121,7 +163,7 @@ def search(phi, weights, bounds: np.ndarray, variables, options: dict) -> Search
 
 
 def bounded(phi, root: np.ndarray, bounds: np.ndarray, start: np.ndarray, settings: dict | None = None) -> tuple[float, np.ndarray]:
-    """Cost and place where bounded, damped least squares end from one start; dogbox is the quickest at the edges of a box."""
+    """Cost and end point of bounded, damped least squares from one start; dogbox is the quickest at the edges of a box."""
     result = least_squares(
         lambda x: root * phi(x),
         start,
@@ -142,9 +184,9 @@ def minimum(phi, root, bounds, variables, cost: float, x: np.ndarray, finders: t
 
 
 def distinct(candidates, extent: np.ndarray, cost_at: Callable) -> list[tuple[float, np.ndarray, tuple[str, ...]]]:
-    """Of candidates (cost, x, finders) those that a barrier separates from all cheaper ones, in order of cost, finders merged.
+    """Candidates (cost, x, finders) that a barrier separates from all cheaper ones, in order of cost, finders merged.
 
-    Searches end where the valley's floor hardly falls any more: two such ends are one minimum when the cost on the straight line
+    Searches end where the valley's floor hardly falls any more. Two such ends are one minimum if the cost on the straight line
     between them does not rise above the higher end. cost_at maps (n, k) points to (k,) costs.
     """
     found: list[list] = []
@@ -159,28 +201,27 @@ def distinct(candidates, extent: np.ndarray, cost_at: Callable) -> list[tuple[fl
     return [(cost, x, tuple(finders)) for cost, x, finders in found]
 
 
-def calibrate_case(surrogates, targets, weights, options, variables):
+def calibrate_case(responses: Responses, surrogates, targets, weights: dict[str, float], options, variables):
     """Optimise one case.
 
     Parameters
     ----------
-    targets : response -> value in its unit. weights : (4,), in the order of OBJECTIVES.
+    targets : response -> value in its unit. weights : of every objective, see `weights_of`.
     options : tolerance, max_iterations, n_starts, unreachable ("as_given", or "nearest": aim at the nearest value within reach).
 
     Returns
     -------
     (result row as a dict, the Gauss-Newton descent that leads to it or that began nearest to it, the whole Search)
     """
-    weights = checked_weights(weights)
-    if "radius_m" not in variables:
-        weights = weights[:3]
+    present = [name for name in terms(responses) if name != LARGE_GRAINS or RADIUS in variables]
+    diagonal = np.array([weights[name] for name in present])
     units = unit_of(variables)
-    bounds = np.array([surrogates["cohesion"].ranges[name] for name in variables]).T / units
+    bounds = np.array([next(iter(surrogates.values())).ranges[name] for name in variables]).T / units
     low, high = bounds
     aims = (
         targets if options["unreachable"] == "as_given" else within_reach(surrogates, targets, low * units, high * units, variables)
     )
-    found = search(objectives(surrogates, targets, variables, aims), weights, bounds, variables, options)
+    found = search(objectives(responses, surrogates, targets, variables, aims), diagonal, bounds, variables, options)
     optimum = found.minima[0]
     inside = [d for d in found.descents if d.converged and np.abs((d.x - optimum.x) / (high - low)).max() <= SAME]
     shown = min(inside, key=lambda d: d.iterations) if inside else nearest(found.descents, found.guesses, optimum.x, high - low)
@@ -206,7 +247,7 @@ def calibrate_case(surrogates, targets, weights, options, variables):
 def within_reach(surrogates, targets: dict[str, float], low, high, variables) -> dict[str, float]:
     """The targets, those that no point between low and high (n,) reaches replaced by the nearest value that one does.
 
-    Aimed at as given, a far target would pull linearly: a cohesion of 1 Pa more would be worth degrees of both angles.
+    Aimed at as given, a distant target would pull linearly: a little less of its error would outweigh much of all others.
     """
     space = Space(tuple(variables), dict(zip(variables, zip(low, high, strict=True), strict=True)))
     values = space.values(space.everywhere(REACH))
@@ -223,28 +264,19 @@ def nearest(descents: list[Descent], guesses, best, extent) -> Descent:
     return descents[int(np.argmin((((guesses - best) / extent) ** 2).sum(axis=1)))]
 
 
-def checked_weights(weights) -> np.ndarray:
-    """Four positive weights as an array."""
-    weights = np.asarray(weights, float)
-    demand(
-        weights.shape == (4,) and bool((weights > 0).all()),
-        "weights",
-        weights.tolist(),
-        f"four positive numbers, for {OBJECTIVES}",
-    )
-    return weights
-
-
-def targets_of(soils: pd.DataFrame, soil: str) -> dict[str, float]:
-    """Target of each response for one soil of the soil table; a regression's cohesion may lie below zero."""
+def targets_of(responses: Responses, soils: pd.DataFrame, soil: str) -> dict[str, float]:
+    """Target of each response for one soil of the soil table; only that of a signed response may be zero or below."""
     rows = soils[soils["soil"] == soil].set_index("property")["value"]
     demand(len(rows) > 0, "soil of a case", soil, f"one of {sorted(soils['soil'].unique())}")
-    for name, value in rows.items():
-        demand(value > 0 or name == "cohesion", f"target {name} of {soil}", value, "above zero")
-    return rows.to_dict()
+    demand(set(responses) <= set(rows.index), f"targets of {soil}", sorted(rows.index), f"all responses: {sorted(responses)}")
+    for name, response in responses.items():
+        demand(rows[name] > 0 or response.signed, f"target {name} of {soil}", rows[name], "above zero")
+    return {name: rows.to_dict()[name] for name in responses}
 
 
-def calibrate(surrogates, soils: pd.DataFrame, options: dict, variables, source: str) -> tuple[pd.DataFrame, ...]:
+def calibrate(
+    responses: Responses, surrogates, soils: pd.DataFrame, options: dict, variables, source: str
+) -> tuple[pd.DataFrame, ...]:
     """Optimise every case of options["cases"] on one set of surrogates; `source` ("ours", "published") labels the rows.
 
     Returns (one row per case with optimum, predictions, targets and status; history of the Gauss-Newton run of each; one row per
@@ -253,12 +285,12 @@ def calibrate(surrogates, soils: pd.DataFrame, options: dict, variables, source:
     rows, history, minima = [], [], []
     units = unit_of(variables)
     for case in options["cases"]:
-        targets = targets_of(soils, case["soil"])
-        row, descent, found = calibrate_case(surrogates, targets, case["weights"], options, variables)
+        targets, weights = targets_of(responses, soils, case["soil"]), weights_of(case, responses)
+        row, descent, found = calibrate_case(responses, surrogates, targets, weights, options, variables)
         labels = {"case": case["case"], "soil": case["soil"], "surrogate": source}
-        label_weights = {f"weight_{name}": weight for name, weight in zip(OBJECTIVES, case["weights"], strict=True)}
-        wanted = {f"target_{column}": targets[name] for name, (column, _) in RESPONSES.items()}
-        rows.append({**labels, **label_weights, **row, **predicted(surrogates, row), **wanted})
+        label_weights = {f"weight_{name}": weight for name, weight in weights.items()}
+        wanted = {f"target_{response.column}": targets[name] for name, response in responses.items()}
+        rows.append({**labels, **label_weights, **row, **predicted(responses, surrogates, row), **wanted})
         for k, (x, cost, step) in enumerate(descent.history):
             where = dict(zip(variables, (x * units).tolist(), strict=True))
             history.append({"case": case["case"], "surrogate": source, "iteration": k, **where, "cost": cost, "step_norm": step})
@@ -270,7 +302,7 @@ def calibrate(surrogates, soils: pd.DataFrame, options: dict, variables, source:
                     "rank": rank,
                     **where,
                     "cost": minimum.cost,
-                    **predicted(surrogates, where),
+                    **predicted(responses, surrogates, where),
                     "at_bound": ",".join(minimum.at_bound),
                     "condition_number": minimum.condition_number,
                     "found_by": ",".join(minimum.found_by),
@@ -279,6 +311,6 @@ def calibrate(surrogates, soils: pd.DataFrame, options: dict, variables, source:
     return pd.DataFrame(rows), pd.DataFrame(history), pd.DataFrame(minima)
 
 
-def predicted(surrogates, where: dict) -> dict[str, float]:
+def predicted(responses: Responses, surrogates, where: dict) -> dict[str, float]:
     """Value of every response's column at a point."""
-    return {column: float(surrogates[name].predict(where)) for name, (column, _) in RESPONSES.items()}
+    return {response.column: float(surrogates[name].predict(where)) for name, response in responses.items()}

@@ -1,11 +1,14 @@
-"""Points of the design: a material with some values changed, and its identifier."""
+"""Points of the design: the material at a point, and the hash that identifies it."""
 
 import hashlib
 import json
 
 
 def point_at(base: dict, values: dict) -> dict:
-    """The material with some values changed; four digits are as much as any test can tell, and make the same point the same."""
+    """The material with some values replaced, rounded to four digits.
+
+    No test resolves more digits, and the same point must have the same identifier.
+    """
     return {**base, **{name: float(f"{value:.4g}") for name, value in values.items()}}
 
 
@@ -15,5 +18,5 @@ def point_id(material: dict) -> str:
 
 
 def hashed(value, n_digits: int) -> str:
-    """Hexadecimal digits of the hash of a JSON-like value; the order of keys does not count."""
+    """Hexadecimal digits of the hash of a JSON-like value; independent of the order of keys."""
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:n_digits]

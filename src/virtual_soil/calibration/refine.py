@@ -1,19 +1,19 @@
-"""Refinement: where to simulate next, so that the surrogates are right where the optimum lies.
+"""Refinement: the points to simulate next, so that the surrogates are right near the optimum.
 
-Of every case that is not settled the optimum comes first, then the other distinct minima, cheapest first: between them the optimum
-will jump when the surrogates change. Further points are those where the surrogates know least of what the soil's targets make
-probable: the greatest product of a point's probability and the variance of its predictions in units of the targets' uncertainties.
-After each choice the surrogates believe their own prediction there, so that the next one goes elsewhere.
+For each unsettled case the optimum comes first, then the other distinct minima, cheapest first: a small change of the surrogates
+may make any of them the optimum. Further points maximise the product of their probability, given the soil's targets, and the
+variance of their predictions in units of the targets' uncertainties. After each choice the surrogates take their own prediction
+there for simulated, so that the next choice is elsewhere.
 """
 
 from dataclasses import replace
 
 import pandas as pd
 
-from virtual_soil.calibration.surrogate import RESPONSES
+from virtual_soil.calibration.noise import NOISE_LIMIT
 from virtual_soil.calibration.uncertainty import Likelihood, probabilities
 
-#: Low-discrepancy points among which the next one is looked for.
+#: Number of low-discrepancy points among which the next one is chosen.
 CANDIDATES = 2**13
 
 
@@ -34,8 +34,8 @@ def propose(minima: list[dict[str, float]], likelihood: Likelihood, n: int) -> l
 
 def ignorance(likelihood: Likelihood, values):
     """Variances of the predictions in units of the targets' uncertainties, summed over the responses with the case's weights."""
-    errors = {name: likelihood.surrogates[name].predict_with_error(values)[1] for name in RESPONSES}
-    return sum(likelihood.weights[name] * (errors[name] / likelihood.tolerance(name)) ** 2 for name in RESPONSES)
+    errors = {name: likelihood.surrogates[name].predict_with_error(values)[1] for name in likelihood.responses}
+    return sum(likelihood.weights[name] * (errors[name] / likelihood.tolerance(name)) ** 2 for name in likelihood.responses)
 
 
 def believing(likelihood: Likelihood, values: dict[str, float]) -> Likelihood:
@@ -47,9 +47,9 @@ def believing(likelihood: Likelihood, values: dict[str, float]) -> Likelihood:
 def settled(comparison: pd.DataFrame, tolerance: float) -> set[str]:
     """Cases whose optimum was simulated and found as predicted.
 
-    Every response within `tolerance` of its target from the prediction, or within two standard errors of the simulated mean: nearer
-    no simulation can tell. A response without a simulated value does not settle.
+    Every simulated response is within `tolerance` times its target of the prediction, or within the noise limit of its standard
+    error: simulations cannot resolve less. A response without a simulated value does not settle.
     """
-    allowed = (tolerance * comparison["target"]).clip(lower=2.0 * comparison["simulated_se"])
+    allowed = (tolerance * comparison["target"]).clip(lower=NOISE_LIMIT * comparison["simulated_se"])
     fits = (comparison["simulated"] - comparison["predicted"]).abs() <= allowed
     return {case for case, ok in fits.groupby(comparison["case"]) if ok.all()}

@@ -1,30 +1,28 @@
-"""Step 2: which grain parameters change the angle of repose (Table 2).
+"""Step 2: the grain parameters that change a response y, one at a time (Table 2).
 
-Sensitivity derivative = |dA/A| / |dP/P|. A difference of means counts when it exceeds two of its standard errors; the scatter
-over seeds is pooled over all rows, since three runs alone do not tell it.
+Sensitivity derivative = |dy/y| / |dP/P| for a parameter P. A difference of means counts if it exceeds two of its standard errors.
+The scatter over seeds is pooled over all rows, since three runs alone do not determine it.
 """
 
 import numpy as np
 import pandas as pd
 
-from virtual_soil.calibration import paper
 from virtual_soil.calibration.errors import demand
-from virtual_soil.calibration.noise import pooled_sd
+from virtual_soil.calibration.noise import NOISE_LIMIT, pooled_sd
+from virtual_soil.calibration.paper import printed_screening
+from virtual_soil.calibration.response import Response
 
-ANGLE = "angle_of_repose_deg"
-NOISE_LIMIT = 2.0
 
+def screening_table(response: Response, table: pd.DataFrame, material: dict, screening: dict) -> pd.DataFrame:
+    """Screening of one response: base set first, then one row per changed parameter.
 
-def screening_table(repose: pd.DataFrame, material: dict, screening: dict) -> pd.DataFrame:
-    """Base set first, then one row per changed parameter.
-
-    repose : the table of heaps. material : the base values. screening : base_seeds, changed_seeds, changes. Failed runs do not
-    count; a parameter without any good run has NaN. Raises CalibrationError when no base run is left.
+    table : of runs, with the response's column. material : the base values. screening : base_seeds, changed_seeds, changes. Failed
+    runs do not count; a parameter without any good run has NaN. Raises CalibrationError when no base run is left.
     """
-    base = angles(repose, material, material, screening["base_seeds"])
+    base = results(response, table, material, material, screening["base_seeds"])
     demand(len(base) > 0, "base runs of the screening that ended well", 0, "at least one")
     groups = {
-        parameter: angles(repose, {**material, parameter: value}, material, screening["changed_seeds"])
+        parameter: results(response, table, {**material, parameter: value}, material, screening["changed_seeds"])
         for parameter, value in screening["changes"].items()
     }
     pooled = pooled_sd([base, *groups.values()])
@@ -33,8 +31,8 @@ def screening_table(repose: pd.DataFrame, material: dict, screening: dict) -> pd
             "parameter": "base",
             "base_value": np.nan,
             "changed_value": np.nan,
-            **summary(base),
-            **compared(base, base, np.nan, 0.0),
+            **summary(response, base),
+            **compared(response, base, base, np.nan, 0.0),
         }
     ]
     for parameter, runs in groups.items():
@@ -44,39 +42,40 @@ def screening_table(repose: pd.DataFrame, material: dict, screening: dict) -> pd
                 "parameter": parameter,
                 "base_value": float(value),
                 "changed_value": float(changed),
-                **summary(runs),
-                **compared(base, runs, abs(changed / value - 1.0), pooled),
+                **summary(response, runs),
+                **compared(response, base, runs, abs(changed / value - 1.0), pooled),
             }
         )
-    table = pd.DataFrame(rows)
-    printed = [paper.SCREENING.get(name, (np.nan, np.nan, np.nan)) for name in table["parameter"]]
-    columns = ["paper_angle_deg", "paper_sd_deg", "paper_sensitivity_percent"]
-    return pd.concat([table, pd.DataFrame(printed, columns=columns).astype(float)], axis=1)
+    found = pd.DataFrame(rows)
+    return pd.concat([found, printed_screening(response.name, found["parameter"])], axis=1)
 
 
-def angles(repose: pd.DataFrame, wanted: dict, material: dict, seeds) -> np.ndarray:
-    """Angles in deg of the heaps with the wanted material values and seeds."""
-    match = (repose["fidelity"] == "campaign") & repose["seed"].isin(seeds) & repose[ANGLE].notna()
+def results(response: Response, table: pd.DataFrame, wanted: dict, material: dict, seeds) -> np.ndarray:
+    """Values of a response from the runs with the wanted material values and seeds."""
+    match = (table["fidelity"] == "campaign") & table["seed"].isin(seeds) & table[response.column].notna()
     for key in material:
-        match &= np.isclose(repose[key], wanted[key], rtol=1e-9, atol=0.0)
-    return repose.loc[match, ANGLE].to_numpy()
+        match &= np.isclose(table[key], wanted[key], rtol=1e-9, atol=0.0)
+    return table.loc[match, response.column].to_numpy()
 
 
-def summary(runs: np.ndarray) -> dict:
+def summary(response: Response, runs: np.ndarray) -> dict:
     """Mean, standard deviation and number of runs."""
     mean = float(runs.mean()) if len(runs) else np.nan
-    return {ANGLE: mean, "sd_deg": float(runs.std(ddof=1)) if len(runs) > 1 else np.nan, "n_runs": len(runs)}
+    sd = float(runs.std(ddof=1)) if len(runs) > 1 else np.nan
+    return {response.column: mean, f"sd_{response.unit.lower()}": sd, "n_runs": len(runs)}
 
 
-def compared(base: np.ndarray, runs: np.ndarray, relative_change: float, pooled: float) -> dict:
+def compared(response: Response, base: np.ndarray, runs: np.ndarray, relative_change: float, pooled: float) -> dict:
     """Difference of the means with its standard error, and the sensitivity derivative."""
-    if not len(runs):
-        return {"sensitivity_percent": np.nan, "difference_deg": np.nan, "difference_se_deg": np.nan, "exceeds_noise": False}
-    difference = float(runs.mean() - base.mean())
-    error = pooled * np.sqrt(1.0 / len(base) + 1.0 / len(runs))
+    difference, error, sensitivity = np.nan, np.nan, np.nan
+    if len(runs):
+        difference = float(runs.mean() - base.mean())
+        error = float(pooled * np.sqrt(1.0 / len(base) + 1.0 / len(runs)))
+        sensitivity = 100.0 * abs(difference / base.mean()) / relative_change if base.mean() > 0 else np.nan
+    unit = response.unit.lower()
     return {
-        "sensitivity_percent": 100.0 * abs(difference / base.mean()) / relative_change if base.mean() > 0 else np.nan,
-        "difference_deg": difference,
-        "difference_se_deg": float(error),
+        "sensitivity_percent": sensitivity,
+        f"difference_{unit}": difference,
+        f"difference_se_{unit}": error,
         "exceeds_noise": bool(abs(difference) > NOISE_LIMIT * error),
     }

@@ -1,8 +1,8 @@
 """Step 3: a response as f(grid variables) x g(sweep variable), the paper's Equations 2 and 3.
 
 f: polynomial of total degree two, fitted on the grid points. g: for each swept variable x with reference x0, either
-a + b (x/x0) + c (x/x0)^2 or 1 - b ln(x/x0), fitted on the sweep so that f(couple) g(x) meets the response of each couple; f there
-stands for the couple's own simulated response at x0. Ratios are never formed: a cohesion near zero would make them meaningless.
+a + b (x/x0) + c (x/x0)^2 or 1 - b ln(x/x0), fitted on the sweep so that f(couple) g(x) meets the response of each couple. In this
+fit f is the couple's own simulated response at x0. No ratios of responses are formed: near zero they are meaningless.
 """
 
 import itertools
@@ -11,14 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from virtual_soil.calibration import paper
 from virtual_soil.calibration.errors import demand
-
-RESPONSES = {
-    "cohesion": ("cohesion_pa", "Pa"),
-    "friction_angle": ("friction_angle_deg", "deg"),
-    "angle_of_repose": ("angle_of_repose_deg", "deg"),
-}
+from virtual_soil.calibration.response import Response
 
 
 @dataclass(frozen=True)
@@ -43,17 +37,17 @@ def factor_basis(form: str, ratio) -> np.ndarray:
 
 
 def n_factor_terms(form: str) -> int:
-    """How many coefficients g has."""
+    """Number of coefficients of g."""
     return factor_basis(form, 1.0).shape[-1]
 
 
 def factor_offset(form: str) -> float:
-    """What g is where all its coefficients are zero."""
+    """Value of g if all its coefficients are zero."""
     return 0.0 if form == "quadratic" else 1.0
 
 
 def summary(model) -> pd.Series:
-    """What a person wants to know of a fitted surrogate, of either kind, by name."""
+    """Unit, ranges and errors of a fitted surrogate of either kind, by name."""
     ranges = {name: f"{low:.4g} to {high:.4g}" for name, (low, high) in model.ranges.items()}
     fit = {"points": model.n_points, "error at left-out points": f"{model.cv_rmse:.4g}"} if model.n_points else {}
     return pd.Series({"model": model.model, "unit": model.unit, **ranges, **fit})
@@ -90,12 +84,12 @@ class Surrogate:
         return result
 
     def predict_with_error(self, values) -> tuple[np.ndarray, np.ndarray]:
-        """Response and its standard error: that of left-out points, everywhere alike; a polynomial cannot tell where it fails."""
+        """Response and its standard error: that of left-out points, uniform, as a polynomial does not know where it fails."""
         mean = self.predict(values)
         return mean, np.full(np.shape(mean), self.cv_rmse)
 
     def believing(self, values) -> "Surrogate":
-        """Itself: one point more hardly changes a polynomial over the whole design."""
+        """The same surrogate: one more point hardly changes a polynomial over the whole design."""
         return self
 
     def _repr_html_(self) -> str:
@@ -122,25 +116,24 @@ def least_squares(basis: np.ndarray, observed: np.ndarray, name: str) -> np.ndar
     return coefficients
 
 
-def fit_surrogate(response: str, points: pd.DataFrame, design: dict, material: dict, form: dict) -> Surrogate:
+def fit_surrogate(response: Response, points: pd.DataFrame, design: dict, material: dict, form: dict) -> Surrogate:
     """Fit f on the grid and g on the sweeps.
 
     points : one row per simulated point with all variables and the response's column; seeds already averaged. Points off the grid
     and off the sweeps do not enter. design, material : those parts of the study's configuration.
     form : {"f": "quadratic", "g": "quadratic" or "log"}. Raises CalibrationError for too few points.
     """
-    column, unit = RESPONSES[response]
     names = tuple(design["grid"])
     grid = points[on_grid(points, design, material)]
     powers = quadratic_powers(len(names))
     basis = polynomial_basis([grid[name].to_numpy() for name in names], powers)
-    observed = grid[column].to_numpy()
-    coefficients = least_squares(basis, observed, response)
+    observed = grid[response.column].to_numpy()
+    coefficients = least_squares(basis, observed, response.name)
     residuals = observed - basis @ coefficients
     spread = float(((observed - observed.mean()) ** 2).sum())
     return Surrogate(
-        response=response,
-        unit=unit,
+        response=response.name,
+        unit=response.unit,
         grid_variables=names,
         powers=powers,
         coefficients=tuple(coefficients.tolist()),
@@ -167,9 +160,9 @@ def on_sweep(points: pd.DataFrame, design: dict) -> np.ndarray:
     return np.logical_or.reduce(at) if design["sweep"] else np.zeros(len(points), bool)
 
 
-def fit_factor(response, points, grid, design, material, variable, form) -> Factor:
+def fit_factor(response: Response, points, grid, design, material, variable, form) -> Factor:
     """Fit g of one swept variable: response(couple, x) = response(couple, x0) g(x), by least squares over all couples."""
-    column, names, reference = RESPONSES[response][0], list(design["grid"]), material[variable]
+    column, names, reference = response.column, list(design["grid"]), material[variable]
     bases, targets = [], []
     for couple in design["sweep_couples"]:
         rows = points[np.logical_and.reduce([np.isclose(points[name], couple[name]) for name in names])]
@@ -179,23 +172,6 @@ def fit_factor(response, points, grid, design, material, variable, form) -> Fact
         level = float(home[column].iloc[0])
         bases.append(level * factor_basis(form, rows[variable].to_numpy() / reference))
         targets.append(rows[column].to_numpy() - level * factor_offset(form))
-    demand(bool(bases), f"{response}: sweep couples with a result at {variable} = {reference}", 0, "at least one")
-    coefficients = least_squares(np.concatenate(bases), np.concatenate(targets), f"{response}, g({variable})")
+    demand(bool(bases), f"{response.name}: sweep couples with a result at {variable} = {reference}", 0, "at least one")
+    coefficients = least_squares(np.concatenate(bases), np.concatenate(targets), f"{response.name}, g({variable})")
     return Factor(form, float(reference), tuple(coefficients.tolist()))
-
-
-def published() -> dict[str, Surrogate]:
-    """The paper's surrogates, as decoded in `calibration.paper`."""
-    ranges = {"radius_m": (25e-6, 500e-6), "static_friction": (0.0, 1.7), "rolling_friction": (0.0, 0.3)}
-    return {
-        response: Surrogate(
-            response=response,
-            unit=RESPONSES[response][1],
-            grid_variables=("static_friction", "rolling_friction"),
-            powers=tuple(map(tuple, paper.POWERS)),
-            coefficients=tuple(entry["unit_factor"] * value for value in entry["f"]),
-            g={"radius_m": Factor(entry["g"]["form"], entry["g"]["reference"], tuple(entry["g"]["coefficients"]))},
-            ranges=ranges,
-        )
-        for response, entry in paper.SURROGATES.items()
-    }

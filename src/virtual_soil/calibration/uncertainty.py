@@ -1,15 +1,15 @@
-"""How sure the calibration is: the parameters that are consistent with a soil, given all errors that are known.
+"""Uncertainty of the calibration: the parameters that are consistent with a soil, given all known errors.
 
     log L(x) = -1/2 sum_j v_j [ (y_j(x) - t_j)^2 / (s_j^2 + e_j(x)^2) + ln(s_j^2 + e_j(x)^2) ]
 
-t_j and s_j are a target and its standard uncertainty, y_j(x) and e_j(x) the surrogate and its standard error (the seeds' scatter
-and the fit are in it), v_j the case's weights over their mean: a target of a tenth of the weight counts like one of sqrt(10) times
-the uncertainty. The prior is uniform in the coordinates of the design's box (see `calibration.space`). phi4, the wish for large
-grains, is a matter of cost, not of knowledge, and does not enter.
+j runs over the responses. t_j and s_j are a target and its standard uncertainty, y_j(x) and e_j(x) the surrogate and its standard
+error (which includes the scatter over seeds and the fit). v_j are the case's weights over their mean: a target of a tenth of the
+weight counts like one of sqrt(10) times the uncertainty. The prior is uniform in the coordinates of the design's box (see
+`calibration.space`). The preference for large grains concerns cost, not knowledge, and does not enter.
 
-A target that no parameters of the design reach would drown the others: every point misses it by many s_j, and a hair's breadth
-between them would decide. Its distance to the nearest value within reach is therefore added to s_j (in squares), as a discrepancy
-of the model (Kennedy & O'Hagan 2001): it then counts for little more than a direction.
+An unreachable target would dominate the likelihood: every point misses it by many s_j, and tiny differences would decide. Its
+distance to the nearest reachable value is therefore added to s_j (in squares), as a discrepancy of the model (Kennedy & O'Hagan
+2001): then it counts for little more than a direction.
 """
 
 from dataclasses import dataclass, field
@@ -19,16 +19,15 @@ import numpy as np
 import pandas as pd
 
 from virtual_soil.calibration.errors import demand
+from virtual_soil.calibration.optimise import LARGE_GRAINS, weights_of
+from virtual_soil.calibration.response import Responses
 from virtual_soil.calibration.space import REACH, Space
-from virtual_soil.calibration.surrogate import RESPONSES
 
-#: Responses in the order of a case's weights; the fourth weight is the radius's.
-WEIGHTED = ("angle_of_repose", "cohesion", "friction_angle")
-#: Low-discrepancy points that find the regions of high probability, where the walkers of the sampler then start.
+#: Number of low-discrepancy points that find the regions of high probability, where the sampler's walkers start.
 CROWD = 2**14
 WALKERS, BURN_IN, STEPS = 48, 200, 600
 SEED = 2011
-#: In Pa or degrees: that of a cohesion of zero without a stated uncertainty.
+#: Least standard uncertainty of a target that states none, in the response's unit: a target may be zero.
 LEAST_UNCERTAINTY = 1.0
 #: Bounds of the intervals: 95 %.
 LEVELS = (0.025, 0.975)
@@ -39,9 +38,10 @@ class Likelihood:
     """log L of one case; callable on coordinates (m, n) -> (m,).
 
     By response: surrogates, targets, their standard uncertainties, the case's weights over their mean, and the discrepancies of
-    targets out of reach.
+    unreachable targets.
     """
 
+    responses: Responses
     surrogates: dict
     space: Space
     targets: dict[str, float]
@@ -56,50 +56,53 @@ class Likelihood:
         result = np.full(len(unit), -np.inf)
         if inside.any():
             values = self.space.values(unit[inside])
-            result[inside] = sum(self.weights[name] * self.term(name, values) for name in RESPONSES)
+            result[inside] = sum(self.weights[name] * self.term(name, values) for name in self.responses)
         return result
 
     def term(self, name: str, values) -> np.ndarray:
-        """What one response adds, unweighted."""
+        """Contribution of one response, unweighted."""
         mean, error = self.surrogates[name].predict_with_error(values)
         variance = self.tolerance(name) ** 2 + error**2
         return -0.5 * ((mean - self.targets[name]) ** 2 / variance + np.log(variance))
 
     def tolerance(self, name: str) -> float:
-        """Standard deviation within which a target is to be met: its uncertainty, and what it lies out of reach."""
+        """Standard deviation within which a target is to be met: its uncertainty and its discrepancy."""
         return float(np.hypot(self.uncertainties[name], self.discrepancies.get(name, 0.0)))
 
     def deviations(self, values) -> dict[str, float]:
         """Distance of every prediction at one point from its target, in standard deviations of target and surrogate together."""
         result = {}
-        for name in RESPONSES:
+        for name in self.responses:
             mean, error = self.surrogates[name].predict_with_error(values)
             result[name] = abs(float(mean) - self.targets[name]) / float(np.hypot(self.uncertainties[name], float(error)))
         return result
 
 
-def likelihood_of(case: dict, surrogates: dict, soils: pd.DataFrame, space: Space, ratio: float) -> Likelihood:
-    """The likelihood of a case; a soil's property without an uncertainty has `ratio` times its value as one.
+def likelihood_of(
+    case: dict, responses: Responses, surrogates: dict, soils: pd.DataFrame, space: Space, ratio: float
+) -> Likelihood:
+    """The likelihood of a case; a target without a stated uncertainty has `ratio` times its value as one.
 
-    Raises CalibrationError when the soil is unknown.
+    Raises CalibrationError for an unknown soil and for weights that are not those of all objectives.
     """
     rows = soils[soils["soil"] == case["soil"]].set_index("property")
     demand(len(rows) > 0, "soil of a case", case["soil"], f"one of {sorted(soils['soil'].unique())}")
     targets = rows["value"].to_dict()
-    uncertainties = {name: target_uncertainty(rows.loc[name], ratio) for name in RESPONSES}
-    shares = dict(zip(WEIGHTED, np.array(case["weights"][:3]) / np.mean(case["weights"][:3]), strict=True))
+    uncertainties = {name: target_uncertainty(rows.loc[name], ratio) for name in responses}
+    given = {name: weight for name, weight in weights_of(case, responses).items() if name != LARGE_GRAINS}
+    shares = dict(zip(given, np.array(list(given.values())) / np.mean(list(given.values())), strict=True))
     values = space.values(space.everywhere(REACH))
     out_of_reach = {name: distance_to(model.predict(values), targets[name]) for name, model in surrogates.items()}
-    return Likelihood(surrogates, space, targets, uncertainties, shares, out_of_reach)
+    return Likelihood(responses, surrogates, space, targets, uncertainties, shares, out_of_reach)
 
 
 def distance_to(reached: np.ndarray, target: float) -> float:
-    """How far a target lies outside the range of values."""
+    """Distance of a target from the range of values; 0 inside."""
     return float(abs(target - np.clip(target, reached.min(), reached.max())))
 
 
 def target_uncertainty(target, ratio: float) -> float:
-    """Standard uncertainty of a row of the soil table: what it states, or `ratio` of its value; never nothing."""
+    """Standard uncertainty of a row of the soil table: the stated one, or `ratio` of its value; never zero."""
     stated = target["standard_uncertainty"]
     return float(stated) if stated > 0 else max(ratio * abs(target["value"]), LEAST_UNCERTAINTY)
 
@@ -121,8 +124,8 @@ def credible_level(samples: np.ndarray, weights: np.ndarray, at: float) -> float
 def sample(likelihood: Likelihood, n: int) -> tuple[np.ndarray, np.ndarray]:
     """N samples of the posterior: coordinates (n, k) and log likelihoods (n,).
 
-    emcee's affine-invariant ensemble; its walkers start where a low-discrepancy crowd is probable, so that no mode is missed that
-    the crowd sees. The same samples in every run.
+    emcee's affine-invariant ensemble. Its walkers start at probable points of a low-discrepancy set, so that they find every mode
+    that this set resolves. The same samples in every run.
     """
     random = np.random.default_rng(SEED)
     crowd = likelihood.space.crowd(CROWD)
@@ -137,13 +140,13 @@ def sample(likelihood: Likelihood, n: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def posterior_table(case: dict, likelihood: Likelihood, unit: np.ndarray, logs: np.ndarray) -> pd.DataFrame:
-    """Samples with their variables and with c, phi and A drawn within the surrogates' errors there."""
+    """Samples with their variables and with all responses drawn within the surrogates' errors there."""
     values = likelihood.space.values(unit)
     random = np.random.default_rng(SEED)
     columns = {"case": case["case"], "soil": case["soil"], **values}
-    for name, (column, _) in RESPONSES.items():
+    for name, response in likelihood.responses.items():
         mean, error = likelihood.surrogates[name].predict_with_error(values)
-        columns[column] = mean + error * random.standard_normal(len(mean))
+        columns[response.column] = mean + error * random.standard_normal(len(mean))
     return pd.DataFrame({**columns, "log_likelihood": logs})
 
 
@@ -157,9 +160,9 @@ def intervals(posterior: pd.DataFrame, columns) -> dict[str, float]:
 
 
 def equivalents(posterior: pd.DataFrame, space: Space, n: int, processes: dict) -> pd.DataFrame:
-    """N parameter sets of one case that the tests cannot tell apart: members of the 95 % region as far apart as possible.
+    """N parameter sets of one case that the tests cannot tell apart: members of the 95 % region, as far apart as possible.
 
-    The most probable one is first; each next is the farthest from all before it. `extrapolated`: whether the simulated points of
+    The most probable one is first; each next is the farthest from all before it. `extrapolated`: True if the simulated points of
     any of the processes (by response) do not surround it.
     """
     region = posterior[posterior["log_likelihood"] >= posterior["log_likelihood"].quantile(0.05)].reset_index(drop=True)
@@ -177,7 +180,7 @@ def equivalents(posterior: pd.DataFrame, space: Space, n: int, processes: dict) 
 
 
 def identifiability(case: dict, likelihood: Likelihood, at: dict[str, float]) -> pd.DataFrame:
-    """Which combinations of the variables the tests determine at a point: singular vectors of the responses' derivatives.
+    """Combinations of the variables that the tests determine at a point: singular vectors of the responses' derivatives.
 
     Derivatives are in standard deviations (target and surrogate together) per extent of the design. One row per direction, best
     determined first: `standard_deviation` is 1/singular value, in extents; beyond that of a uniform distribution, 1/sqrt(12), the
@@ -185,7 +188,7 @@ def identifiability(case: dict, likelihood: Likelihood, at: dict[str, float]) ->
     """
     unit, h = likelihood.space.unit(at)[0], 1e-3
     rows = []
-    for name in RESPONSES:
+    for name in likelihood.responses:
         _, error = likelihood.surrogates[name].predict_with_error(at)
         deviation = np.hypot(likelihood.tolerance(name), float(error))
         slopes = []

@@ -1,8 +1,12 @@
-"""What several inference scripts share: surrogates and likelihoods from a rule's input and parameters."""
+"""What several inference scripts share: surrogates, likelihoods and tables from a rule's input and parameters."""
 
 from pathlib import Path
 
-from virtual_soil.calibration import from_json, likelihood_of, space_of
+import pandas as pd
+
+from virtual_soil.calibration.models import from_json, space_of
+from virtual_soil.calibration.uncertainty import likelihood_of
+from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.campaign.tables import ADVICE, UNREADABLE, TableError, one_line, read_table
 
 
@@ -17,11 +21,19 @@ def read_models(path: str, model: str = "chosen") -> dict:
         raise TableError(f"{path}: not the surrogates of a study ({one_line(error)}). {ADVICE}") from error
 
 
+def read_tables(paths, read=read_table) -> dict[str, pd.DataFrame]:
+    """Tables by name, which is that of their files; read(paths, name) may read several files of one name as one table."""
+    found: dict[str, list[str]] = {}
+    for path in paths:
+        found.setdefault(Path(path).stem, []).append(path)
+    return {name: read(files if read is not read_table else files[0], name) for name, files in found.items()}
+
+
 def likelihoods_of(files, params) -> dict:
     """Case name -> its likelihood."""
     models, soils = read_models(files.surrogates), read_table(files.soils, "soil")
     space, ratio = space_of(params.design), params.uncertainty["target_uncertainty_ratio"]
-    return {case["case"]: likelihood_of(case, models, soils, space, ratio) for case in params.optimise["cases"]}
+    return {case["case"]: likelihood_of(case, RESPONSES, models, soils, space, ratio) for case in params.optimise["cases"]}
 
 
 def optima(table, variables) -> dict[str, dict[str, float]]:

@@ -34,18 +34,16 @@ def reduced_table(name: str, runs: pd.DataFrame, settings: dict, by_seed: bool =
     return import_module(module_of(experiment, "measure")).reduce(name, runs, settings, by_seed)
 
 
-def responses_by_seed(tables: dict[str, pd.DataFrame], config: dict) -> pd.DataFrame:
-    """One row per response, point and seed, campaign fidelity: response, point_id, seed, value.
+def responses_by_seed(tables: dict[str, pd.DataFrame], settings: dict) -> dict[str, pd.DataFrame]:
+    """By response: a table with a row for each point and seed, and the response's column.
 
-    tables : the experiments' tables of all runs, by name. config : their sections.
+    tables : the experiments' tables of all runs, by name. settings : the experiments' sections of the configuration.
     """
-    parts = []
-    for response in RESPONSES.values():
-        reduced = REDUCED.get(response.table)
-        if reduced is None:
-            table = tables[response.table]
+    found = {}
+    for name, response in RESPONSES.items():
+        experiment = REDUCED.get(response.table)
+        if experiment is None:
+            found[name] = tables[response.table]
         else:
-            table = reduced_table(response.table, tables[reduced.NAME], config[reduced.NAME], by_seed=True)
-        part = table.rename(columns={response.column: "value"})[["point_id", "fidelity", "seed", "value"]]
-        parts.append(part.assign(response=response.name).dropna(subset="value"))
-    return pd.concat(parts, ignore_index=True)
+            found[name] = reduced_table(response.table, tables[experiment.NAME], settings[experiment.NAME], by_seed=True)
+    return found

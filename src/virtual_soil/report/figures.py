@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import pandas as pd
 from matplotlib.figure import Figure
 
-from virtual_soil.calibration import published
-from virtual_soil.calibration.mohr_coulomb import COLUMNS
+from virtual_soil.calibration.paper import published
 from virtual_soil.calibration.surrogate import RESPONSES
+from virtual_soil.campaign.experiments.shear.mohr_coulomb import COLUMNS
 from virtual_soil.report import plots
 
 #: Standard errors of responses, where they are known.

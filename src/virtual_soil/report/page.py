@@ -12,7 +12,8 @@ import plotly
 import yaml
 from plotly.offline import get_plotlyjs
 
-from virtual_soil.calibration import paper, published
+from virtual_soil.calibration import paper
+from virtual_soil.calibration.paper import published
 from virtual_soil.calibration.surrogate import RESPONSES
 from virtual_soil.campaign.inference import read_models
 from virtual_soil.campaign.stored import stored

@@ -13,7 +13,7 @@ MODULES = {
         *("Fidelity", "CHECK", "REFERENCE", "loads", "check_loads", "canonical", "setup", "cost"),
     ),
     "simulate": ("STAGES", "MOMENTS", "HISTORY", "run", "row_of"),
-    "measure": ("measured", "reduce"),
+    "measure": ("measured", "reduce", "compared"),
     "laboratory": ("KEYS", "read"),
 }
 

@@ -20,8 +20,8 @@ from virtual_soil.campaign.experiments.common import (
 from virtual_soil.campaign.settings import choice, setting
 
 NAME = "repose"
-#: Nouns for one and several of its simulations.
-NOUNS = ("heap", "heaps")
+#: Nouns for one and several of its simulations, and for what is prepared anew with every seed.
+NOUNS = ("heap", "heaps", "heaps")
 
 RESPONSES = (
     Response(

@@ -29,3 +29,8 @@ def angles(run: dict, grains: pd.DataFrame | None) -> dict:
 def reduce(table: str, runs: pd.DataFrame, settings: dict, by_seed: bool = False) -> pd.DataFrame:
     """The runs themselves: each gives the response of its point and seed."""
     return runs
+
+
+def compared(runs: pd.DataFrame) -> pd.Series:
+    """Quantity by which the fidelities are compared: the angle of repose in degrees."""
+    return runs["angle_of_repose_deg"]

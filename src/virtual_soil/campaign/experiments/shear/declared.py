@@ -12,8 +12,8 @@ from virtual_soil.campaign.experiments.common import engine_of, grain_volume_m3,
 from virtual_soil.campaign.settings import choice, setting
 
 NAME = "shear"
-#: Nouns for one and several of its simulations.
-NOUNS = ("shear test", "shear tests")
+#: Nouns for one and several of its simulations, and for what is prepared anew with every seed.
+NOUNS = ("shear test", "shear tests", "specimens")
 
 RESPONSES = (
     Response(

@@ -28,3 +28,8 @@ def measured(run: dict, history: pd.DataFrame | None, settings: dict) -> dict:
 def reduce(table: str, runs: pd.DataFrame, settings: dict, by_seed: bool = False) -> pd.DataFrame:
     """The strength line of every point and fidelity; by_seed: of every seed of these."""
     return strength_table(runs, settings["strength"], settings["normal_stress"], by_seed)
+
+
+def compared(runs: pd.DataFrame) -> pd.Series:
+    """Quantity by which the fidelities are compared: shear over normal stress on the shear plane, over the plateau."""
+    return runs["plateau_shear_stress_pa"] / runs["plane_normal_stress_pa"]

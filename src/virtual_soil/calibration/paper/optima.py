@@ -1,4 +1,4 @@
-"""All minima of the published surrogates, beside those that the paper prints: `python -m virtual_soil.calibration.paper_optima`.
+"""All minima of the published surrogates, beside those that the paper prints: `python -m virtual_soil.calibration.paper.optima`.
 
 The last line printed is JSON: for each of the paper's three cases the minima, cheapest first.
 """
@@ -8,13 +8,13 @@ from typing import Any
 
 import pandas as pd
 
-from virtual_soil.calibration import paper
-from virtual_soil.calibration.optimise import calibrate, objectives, unit_of
-from virtual_soil.calibration.surrogate import published
+from virtual_soil.calibration.optimise import calibrate, objectives, unit_of, weights_of
+from virtual_soil.calibration.paper.printed import OPTIMA, RESPONSES, SOILS, VARIABLES
+from virtual_soil.calibration.paper.surrogates import published
 
-VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
-#: The paper's weights, equal, and with that of the angle of repose a tenth of the others.
-EQUAL, LOW_REPOSE = [0.25] * 4, [1 / 31, 10 / 31, 10 / 31, 10 / 31]
+#: The paper's weights: equal, and with that of the angle of repose a tenth of the others.
+EQUAL = {"angle_of_repose": 0.25, "cohesion": 0.25, "friction_angle": 0.25, "large_grains": 0.25}
+LOW_REPOSE = {"angle_of_repose": 1 / 31, "cohesion": 10 / 31, "friction_angle": 10 / 31, "large_grains": 10 / 31}
 CASES: list[dict[str, Any]] = [
     {"case": "sand", "soil": "silica_barco_sand", "weights": EQUAL},
     {"case": "regolith", "soil": "lunar_regolith", "weights": EQUAL},
@@ -25,27 +25,31 @@ OPTIONS = {"cases": CASES, "tolerance": 1e-3, "max_iterations": 500, "n_starts":
 
 def targets(soil: str) -> dict[str, float]:
     """The paper's targets by response."""
-    return {column.rsplit("_", 1)[0]: value for column, value in paper.SOILS[soil].items()}
+    return {name: SOILS[soil][response.column] for name, response in RESPONSES.items()}
+
+
+def soil_table() -> pd.DataFrame:
+    """Table 1 as a soil table."""
+    return pd.DataFrame(
+        [{"soil": soil, "property": name, "value": value} for soil in SOILS for name, value in targets(soil).items()]
+    )
 
 
 def printed_cost(case: dict) -> float:
     """Cost, on the published surrogates, of the optimum that the paper prints."""
-    phi = objectives(published(), targets(case["soil"]), VARIABLES)
-    x = [paper.OPTIMA[case["case"]][name] for name in VARIABLES] / unit_of(VARIABLES)
-    return 0.5 * float(case["weights"] @ phi(x) ** 2)
+    phi = objectives(RESPONSES, published(), targets(case["soil"]), VARIABLES)
+    x = [OPTIMA[case["case"]][name] for name in VARIABLES] / unit_of(VARIABLES)
+    return 0.5 * float(list(weights_of(case, RESPONSES).values()) @ phi(x) ** 2)
 
 
 def main() -> None:
     """Search, and print."""
-    soils = pd.DataFrame(
-        [{"soil": soil, "property": name, "value": value} for soil in paper.SOILS for name, value in targets(soil).items()]
-    )
-    best, _, minima = calibrate(published(), soils, OPTIONS, VARIABLES, "published")
+    best, _, minima = calibrate(RESPONSES, published(), soil_table(), OPTIONS, VARIABLES, "published")
     result: dict[str, list[dict[str, float]]] = {}
     for case, (_, optimum) in zip(CASES, best.iterrows(), strict=True):
         found = minima[minima["case"] == case["case"]]
         print(f"{case['case']}: {len(found)} minima; the global check finds nothing below {optimum['global_cost']:.6f}")
-        at = paper.OPTIMA[case["case"]]
+        at = OPTIMA[case["case"]]
         line = "  {:>8.2f} um  mu_s {:.4f}  mu_r {:.4f}  cost {:.6f}  {}".format
         print(line(1e6 * at["radius_m"], at["static_friction"], at["rolling_friction"], printed_cost(case), "printed in the paper"))
         result[case["case"]] = []

@@ -1,4 +1,4 @@
-"""What the paper prints: Briend, Radziszewski, Pasini 2011, "Virtual soil calibration for wheel-soil interaction simulations".
+"""Values that the paper prints.
 
 Equation 3 is given as decoded: with cohesion in kPa, r0 = 200 um for the shear test's g and 50 um for the angle of repose's, the
 printed surrogates give the values that the paper prints at its optima. The scan's "0.1151n" is 0.115 ln.
@@ -6,12 +6,31 @@ printed surrogates give the values that the paper prints at its optima. The scan
 
 from typing import Any
 
+import numpy as np
+import pandas as pd
+
+from virtual_soil.calibration.response import Response
+
+#: Variables that the paper's surrogates depend on.
+VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
+#: Responses that the paper calibrates on. It prints no tables of runs.
+RESPONSES = {
+    response.name: response
+    for response in (
+        Response(name="cohesion", column="cohesion_pa", unit="Pa", symbol="c", table="", signed=True),
+        Response(name="friction_angle", column="friction_angle_deg", unit="deg", symbol="φ", table="", maximum=90.0),
+        Response(name="angle_of_repose", column="angle_of_repose_deg", unit="deg", symbol="A", table="", maximum=90.0),
+    )
+}
+
 #: Table 1.
 SOILS: dict[str, dict[str, float]] = {
     "silica_barco_sand": {"cohesion_pa": 24.0, "friction_angle_deg": 26.6, "angle_of_repose_deg": 30.0},
     "lunar_regolith": {"cohesion_pa": 300.0, "friction_angle_deg": 40.0, "angle_of_repose_deg": 65.0},
 }
 
+#: Response of the screening.
+SCREENED = "angle_of_repose"
 #: Table 2: parameter -> (angle of repose in deg, standard deviation in deg, sensitivity derivative in percent).
 SCREENING = {
     "base": (27.47, 0.52, None),
@@ -59,3 +78,10 @@ OPTIMA: dict[str, dict[str, Any]] = {
         "cohesion_pa": 359.0, "friction_angle_deg": 38.7, "angle_of_repose_deg": 32.9, "iterations": None, "converged": None,
     },
 }  # fmt: skip
+
+
+def printed_screening(response: str, parameters) -> pd.DataFrame:
+    """Table 2 for these parameters, a row each; NaN where the paper prints nothing, as for other responses."""
+    table = SCREENING if response == SCREENED else {}
+    rows = [table.get(name, (np.nan, np.nan, np.nan)) for name in parameters]
+    return pd.DataFrame(rows, columns=["paper_angle_deg", "paper_sd_deg", "paper_sensitivity_percent"]).astype(float)
