@@ -10,15 +10,15 @@ import pytest
 import yaml
 from PIL import Image
 
-import animate
 import grains_vtu
 from dem import Box, Grains, Tube
 from virtual_soil.campaign.simulate import empty_grains, grain_table
 from virtual_soil.campaign.study import ROOT, base_simulation, design_rows, experiment_settings
 from virtual_soil.campaign.tables import TableError, write_table
 from virtual_soil.report import film
-from virtual_soil.report.figures import base_point
+from virtual_soil.report.experiments import EXPERIMENTS
 from virtual_soil.report.paraview import write_series
+from virtual_soil.report.study import base_point
 
 CONFIG = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
 
@@ -85,7 +85,7 @@ def test_a_cut_shows_only_the_half_behind_the_plane():
     assert colour.tolist() == [2.0, 3.0]
 
 
-@pytest.mark.parametrize("experiment", ["repose", "shear"])
+@pytest.mark.parametrize("experiment", [experiment.NAME for experiment in EXPERIMENTS])
 def test_the_film_is_of_the_simulation_that_the_report_draws(experiment):
     rows = design_rows(CONFIG)
     table = pd.DataFrame([row for row in rows if row["experiment"] == experiment])
@@ -94,19 +94,19 @@ def test_the_film_is_of_the_simulation_that_the_report_draws(experiment):
     assert base_simulation(CONFIG, rows, experiment)["simulation_id"] == shown["simulation_id"]
 
 
-@pytest.mark.parametrize("experiment", ["repose", "shear"])
+@pytest.mark.parametrize("experiment", EXPERIMENTS, ids=lambda experiment: experiment.NAME)
 def test_each_experiment_is_filmed(experiment, tmp_path, monkeypatch):
     monkeypatch.setattr(film, "N_FRAMES", 4)
     monkeypatch.setattr(film, "LAST_REPEATED", 1)
-    row = base_simulation(CONFIG, design_rows(CONFIG), experiment)
+    row = base_simulation(CONFIG, design_rows(CONFIG), experiment.NAME)
     settings = experiment_settings(CONFIG, row)
     small = {
         "repose": {"n_particles": 150, "tube_diameter_ratio": 6.0, "max_time_s": 0.02, "lift_speed_m_s": 5e-2},
         "shear": {"length_ratio": 16.0, "height_ratio": 10.0, "displacement_ratio": 1.0},
     }
-    settings["setup"] |= small[experiment]
+    settings["setup"] |= small[experiment.NAME]
     path = tmp_path / "film.gif"
-    frames = getattr(animate, f"animate_{experiment}")(row, settings, str(path))
+    frames = film.animate(experiment, row, settings, str(path))
     assert len(frames) == 4
     with Image.open(path) as picture:
         assert picture.n_frames == 4

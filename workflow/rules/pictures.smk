@@ -1,18 +1,18 @@
-# Not part of `all`: moving pictures of both tests at the base point, and files for ParaView: the same films, and stored grains.
+# Not part of `all`: films of every experiment at the base point, and files for ParaView: the same films, and stored grains.
+from virtual_soil.report.experiments import EXPERIMENTS
 
-EXPERIMENTS = ["repose", "shear"]
-# the moments of each experiment of which the grains are stored
-MOMENTS = {"repose": ["filled", "grains"], "shear": ["grains_before", "grains_after"]}
+# Experiment -> files of its stored grains.
+MOMENTS = {experiment.NAME: experiment.MOMENTS for experiment in EXPERIMENTS}
 
 
 wildcard_constraints:
-    experiment="|".join(EXPERIMENTS),
+    experiment="|".join(MOMENTS),
     moment="|".join([moment for moments in MOMENTS.values() for moment in moments]),
 
 
 rule animations:
     input:
-        expand(f"{RESULTS}/animations/{{experiment}}.gif", experiment=EXPERIMENTS),
+        expand(f"{RESULTS}/animations/{{experiment}}.gif", experiment=MOMENTS),
 
 
 rule animate:
@@ -31,7 +31,7 @@ rule animate:
         ),
         engine=ENGINE,
     message:
-        "Simulate the base point's {wildcards.experiment} test once more and film it, as a GIF and for ParaView."
+        "Repeat the {wildcards.experiment} test of the base point and film it, as a GIF and for ParaView."
     script:
         "../scripts/animate.py"
 
@@ -40,10 +40,10 @@ rule paraview:
     input:
         [
             f"{RESULTS}/vtu/{experiment}/{base_simulation(config, DESIGN, experiment)['simulation_id']}/{moment}.vtu"
-            for experiment in EXPERIMENTS
-            for moment in MOMENTS[experiment]
+            for experiment, moments in MOMENTS.items()
+            for moment in moments
         ],
-        expand(f"{RESULTS}/animations/{{experiment}}.pvd", experiment=EXPERIMENTS),
+        expand(f"{RESULTS}/animations/{{experiment}}.pvd", experiment=MOMENTS),
 
 
 rule grains_vtu:

@@ -1,5 +1,6 @@
 # The report: tables and figures of the paper, ours beside the paper's, and what goes beyond.
-from virtual_soil.report.contents import ANSWER, FIGURES, TABLES, figure_names, marked
+from virtual_soil.report.contents import ANSWER, FIGURES, PAGE, TABLES, figure_names, marked
+from virtual_soil.report.experiments import repose as recorded
 
 REPORTED = [
     *("soil", "design", "repose", "shear", "strength", "screening", "acceleration"),
@@ -8,8 +9,8 @@ REPORTED = [
 ]
 
 
-# the heap whose lift is recorded: design row and settings
-LIFT = base_settings("repose")
+# The simulation whose lift is recorded: design row and settings.
+LIFT = base_settings(recorded.NAME)
 
 
 rule record_lift:
@@ -27,7 +28,7 @@ rule record_lift:
         settings=LIFT[1],
         engine=ENGINE,
     message:
-        "Simulate the base point's heap once more and keep moments of the lift."
+        "Repeat the heap of the base point and record the lift of the tube."
     script:
         "../scripts/record_lift.py"
 
@@ -50,10 +51,7 @@ rule report:
             f"{RESULTS}/rounds/{k}/comparison.parquet" for k in range(1, ROUNDS + 1)
         ],
         twins=[f"{RESULTS}/twins.parquet"] if config["twins"] else [],
-        page=[
-            f"src/virtual_soil/report/{name}"
-            for name in ("template.html.j2", "report.css", "views.js")
-        ],
+        page=[f"src/virtual_soil/report/{name}" for name in PAGE],
         captions=[
             f"src/virtual_soil/report/captions/{name}.rst"
             for name in (*figure_names(config), *TABLES)
