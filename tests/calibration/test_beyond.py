@@ -15,7 +15,7 @@ from virtual_soil.calibration.twin import coverage_table, twin_soil, twin_table
 from virtual_soil.calibration.uncertainty import Likelihood
 from virtual_soil.calibration.verify import comparison_table, verdict
 from virtual_soil.campaign.experiments.registry import RESPONSES
-from virtual_soil.campaign.inference import values_by_seed
+from virtual_soil.campaign.measure import responses_by_seed
 
 VARIABLES = ("radius_m", "static_friction", "rolling_friction")
 RANGES = {"radius_m": (25e-6, 500e-6), "static_friction": (0.0, 1.7), "rolling_friction": (0.0, 0.3)}
@@ -91,7 +91,7 @@ SCATTER = {"angle_of_repose": 3.0, "cohesion": 0.1, "friction_angle": 0.1}
 
 
 def compared(tables):
-    by_seed = values_by_seed(tables, "plateau", "plane")
+    by_seed = responses_by_seed(tables, {"shear": {"strength": "plateau", "normal_stress": "plane"}})
     return comparison_table(RESPONSES, OPTIMA, campaign(SPACE.crowd(64)), tables, by_seed, SCATTER, MATERIAL)
 
 

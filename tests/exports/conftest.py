@@ -21,6 +21,7 @@ SIMULATED = [
     {"response": "angle_of_repose", "unit": "deg", "target": 30.0, "predicted": 29.0, "predicted_se": 1.0,
      "simulated": float("nan"), "simulated_se": float("nan"), "n_seeds": 0, "agrees": False},
 ]  # fmt: skip
+RESPONSES = {"cohesion_pa": "Pa", "friction_angle_deg": "deg", "angle_of_repose_deg": "deg"}
 PROVENANCE = {"engine": "abc", "inference": "def", "export": "012", "versions": {"numpy": "2"}}
 
 
@@ -34,6 +35,7 @@ def make_card(config):
     """A card of the optimum with changes to the configuration: make_card(engine={...}, repose={...})."""
 
     def make(**changes):
-        return material_card(OPTIMUM, SIMULATED, config | {k: config[k] | v for k, v in changes.items()}, PROVENANCE)
+        changed = config | {k: config[k] | v for k, v in changes.items()}
+        return material_card(OPTIMUM, SIMULATED, changed, PROVENANCE, RESPONSES)
 
     return make

@@ -10,15 +10,16 @@ import pytest
 import yaml
 from PIL import Image
 
-import animate
 import grains_vtu
 from dem import Box, Grains, Tube
+from virtual_soil.campaign import recording
 from virtual_soil.campaign.simulate import empty_grains, grain_table
 from virtual_soil.campaign.study import ROOT, base_simulation, design_rows, experiment_settings
 from virtual_soil.campaign.tables import TableError, write_table
 from virtual_soil.report import film
-from virtual_soil.report.figures import base_point
+from virtual_soil.report.experiments import EXPERIMENTS
 from virtual_soil.report.paraview import write_series
+from virtual_soil.report.study import base_point
 
 CONFIG = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
 
@@ -34,20 +35,20 @@ def test_grains_that_fell_off_the_plate_do_not_change_the_others_numbers():
         [[0, 0, 0.5], [9, 0, -0.1], [1, 0, 0.1], [9, 1, 0.1], [2, 0, 0.1]], [[0, 0, 0]] * 3 + [[0, 0, -50], [0, 0, 0]]
     )
     after = grains_at([[0, 0, 0.5], [1, 0, 0.1], [2, 0, 0.1]])
-    assert film.still_there(before, after, 0.01).tolist() == [0, 2, 4]
-    shot = film.Film("lift")
+    assert recording.still_there(before, after, 0.01).tolist() == [0, 2, 4]
+    shot = recording.Film("lift")
     for time_s, grains in ((0.0, before), (0.01, after), (0.02, after)):
         shot(SimpleNamespace(grains=grains, time_s=time_s, wall_names=[]), "lift")
     assert [frame.numbers.tolist() for frame in shot.frames] == [[0, 1, 2, 3, 4], [0, 2, 4], [0, 2, 4]]
 
 
 def test_a_film_shows_one_stage_evenly_from_its_first_look_to_its_last():
-    shot = film.Film("lift")
+    shot = recording.Film("lift")
     grains = grains_at([[0, 0, 1]])
     for k in range(1000):
         shot(SimpleNamespace(grains=grains, time_s=0.1 * k, wall_names=[]), "fill" if k < 100 else "lift")
     times = [frame.time_s for frame in shot.shown()]
-    assert len(times) == film.N_FRAMES
+    assert len(times) == recording.N_FRAMES
     assert (times[0], times[-1]) == (pytest.approx(10.0), pytest.approx(99.9))
     assert np.ptp(np.diff(times)) < 0.11
 
@@ -57,7 +58,7 @@ def test_a_film_is_a_gif_in_which_the_grains_move(tmp_path):
         "tube": Tube(name="tube", material="m", radius_m=2e-3, bottom_m=0.0, top_m=1.0),
         "plate": Box(name="plate", material="m", low_m=(-1, -1, 0), high_m=(1, 1, 0)),
     }
-    frames = [film.Frame(k, grains_at([[1e-3 * k, 0.1, 1e-3], [0, 0.1, 5e-3]]), np.arange(2), walls) for k in (0, 1, 2)]
+    frames = [recording.Frame(k, grains_at([[1e-3 * k, 0.1, 1e-3], [0, 0.1, 5e-3]]), np.arange(2), walls) for k in (0, 1, 2)]
     path = tmp_path / "film.gif"
     film.write_gif(str(path), frames, np.array([0.0, 1.0]), lambda frame: f"{frame.time_s} s")
     with Image.open(path) as picture:
@@ -75,7 +76,7 @@ def test_a_film_is_a_gif_in_which_the_grains_move(tmp_path):
 
 def test_a_cut_shows_only_the_half_behind_the_plane():
     drawn = []
-    frame = film.Frame(0.0, grains_at([[0, -1, 0], [0, 1, 0], [1, 2, 0]]), np.array([0, 2, 3]), {})
+    frame = recording.Frame(0.0, grains_at([[0, -1, 0], [0, 1, 0], [1, 2, 0]]), np.array([0, 2, 3]), {})
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(film, "draw_grains", lambda axes, grains, colour, **_: drawn.append((grains, colour)))
         axes = SimpleNamespace(clear=lambda: None, set=lambda **_: None)
@@ -85,7 +86,7 @@ def test_a_cut_shows_only_the_half_behind_the_plane():
     assert colour.tolist() == [2.0, 3.0]
 
 
-@pytest.mark.parametrize("experiment", ["repose", "shear"])
+@pytest.mark.parametrize("experiment", [experiment.NAME for experiment in EXPERIMENTS])
 def test_the_film_is_of_the_simulation_that_the_report_draws(experiment):
     rows = design_rows(CONFIG)
     table = pd.DataFrame([row for row in rows if row["experiment"] == experiment])
@@ -94,19 +95,19 @@ def test_the_film_is_of_the_simulation_that_the_report_draws(experiment):
     assert base_simulation(CONFIG, rows, experiment)["simulation_id"] == shown["simulation_id"]
 
 
-@pytest.mark.parametrize("experiment", ["repose", "shear"])
+@pytest.mark.parametrize("experiment", EXPERIMENTS, ids=lambda experiment: experiment.NAME)
 def test_each_experiment_is_filmed(experiment, tmp_path, monkeypatch):
-    monkeypatch.setattr(film, "N_FRAMES", 4)
+    monkeypatch.setattr(recording, "N_FRAMES", 4)
     monkeypatch.setattr(film, "LAST_REPEATED", 1)
-    row = base_simulation(CONFIG, design_rows(CONFIG), experiment)
+    row = base_simulation(CONFIG, design_rows(CONFIG), experiment.NAME)
     settings = experiment_settings(CONFIG, row)
     small = {
         "repose": {"n_particles": 150, "tube_diameter_ratio": 6.0, "max_time_s": 0.02, "lift_speed_m_s": 5e-2},
         "shear": {"length_ratio": 16.0, "height_ratio": 10.0, "displacement_ratio": 1.0},
     }
-    settings["setup"] |= small[experiment]
+    settings["setup"] |= small[experiment.NAME]
     path = tmp_path / "film.gif"
-    frames = getattr(animate, f"animate_{experiment}")(row, settings, str(path))
+    frames = film.animate(experiment, row, settings, str(path))
     assert len(frames) == 4
     with Image.open(path) as picture:
         assert picture.n_frames == 4

@@ -1,8 +1,26 @@
-"""What the report says about its own numbers."""
+"""What the report says about its own numbers, and the declared names of its sections and experiments."""
+
+from types import SimpleNamespace
 
 import pandas as pd
+import pytest
 
-from virtual_soil.report.calibrated import answer_remarks, coverage_sentence, reach_remarks
+from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.campaign.study import ROOT
+from virtual_soil.report.contents import FIGURES, TABLES
+from virtual_soil.report.experiments import EXPERIMENTS, measured
+from virtual_soil.report.sections import SECTIONS, soils
+from virtual_soil.report.sections.answer import answer_remarks
+from virtual_soil.report.sections.soils import reach_remarks
+from virtual_soil.report.sections.uncertainty import coverage_sentence
+
+REPORT = ROOT / "src" / "virtual_soil" / "report"
+OF_EXPERIMENT = {
+    "NAME": str, "TITLE": str, "SPECIMEN": str, "RUNS": str, "TABLES": tuple, "RESPONSES": dict, "FIGURES": dict, "MOMENTS": tuple,
+    "STAGE": str, "CUT": bool, "EYE": tuple, "FLAT": bool, "DISPLACED_SINCE": str, "ASSUMPTIONS": tuple, "REMARKS": dict,
+}  # fmt: skip
+DONE_BY_EXPERIMENT = ("figures", "views", "packed_views", "period_m", "simulate", "colour", "title")
+OF_SECTION = {"NAME": str, "TITLE": str, "HEADING": str, "LINKS": dict, "FIGURES": dict, "TABLES": dict}
 
 RANGES = {"cohesion": (-20.0, 80.0), "friction_angle": (8.0, 58.0), "angle_of_repose": (0.0, 53.0)}
 
@@ -48,14 +66,64 @@ def test_every_reason_for_doubt_is_named():
     assert "do not determine +0.90 µs -0.40 µr there" in remark(determined=False)
 
 
+def text_of_soils(*rows):
+    return soils.words(SimpleNamespace(tables={"reachability": pd.DataFrame(rows)}))["remarks"]
+
+
 def test_a_target_out_of_reach_is_told_with_the_way_on():
     row = {"soil": "moon", "response": "angle_of_repose", "target": 65.0, "reachable": False, "lowest_predicted": 0.0,
            "highest_predicted": 53.21, "nearest_reachable": 53.21, "grows_with": "+rolling_friction, -radius_m"}  # fmt: skip
     (text,) = reach_remarks(pd.DataFrame([row, {**row, "reachable": True}]))
-    assert "without adhesion" in reach_remarks(pd.DataFrame([{**row, "response": "cohesion"}]))[-1]
+    assert len(text_of_soils({**row, "reachable": True}, row)) == 1
+    assert "without adhesion" in text_of_soils({**row, "response": "cohesion"})[-1]
     assert "The angle of repose of moon, 65, is out of reach: the design gives 0.0 to 53.2." in text
     assert "would go on with +µr, -r." in text
 
 
 def test_the_coverage_is_counted():
     assert "3 of 4 (75%)" in coverage_sentence(pd.DataFrame({"inside_95": [True, True, False, True]}))
+
+
+@pytest.mark.parametrize("experiment", EXPERIMENTS, ids=lambda experiment: experiment.NAME)
+def test_every_experiment_declares_what_the_report_asks_of_it(experiment):
+    assert {name: type(getattr(experiment, name)) for name in OF_EXPERIMENT} == OF_EXPERIMENT
+    assert all(callable(getattr(experiment, name)) for name in DONE_BY_EXPERIMENT)
+    assert set(experiment.REMARKS) <= {section.NAME for section in SECTIONS}
+    assert experiment.TABLES[0] == experiment.NAME
+
+
+@pytest.mark.parametrize("section", SECTIONS, ids=lambda section: section.NAME)
+def test_every_section_declares_what_the_page_asks_of_it(section):
+    assert {name: type(getattr(section, name)) for name in OF_SECTION} == OF_SECTION
+    assert all(callable(getattr(section, name)) for name in ("figures", "tables", "words"))
+    assert (REPORT / "sections" / f"{section.NAME}.html.j2").is_file()
+
+
+@pytest.mark.parametrize(("folder", "listed"), [("experiments", EXPERIMENTS), ("sections", SECTIONS)])
+def test_every_module_beside_a_list_is_in_it(folder, listed):
+    modules = {path.stem for path in (REPORT / folder).glob("*.py")} - {"__init__"}
+    assert modules == {module.__name__.rpartition(".")[2] for module in listed}
+
+
+def test_every_response_belongs_to_one_experiment():
+    named = [name for experiment in EXPERIMENTS for name in experiment.RESPONSES]
+    assert sorted(named) == sorted(RESPONSES)
+    assert all(
+        response.table in experiment.TABLES for experiment in EXPERIMENTS for response in map(RESPONSES.get, experiment.RESPONSES)
+    )
+    assert [response.name for response in measured()] == named
+
+
+def test_no_figure_or_table_is_listed_twice():
+    assert len(FIGURES) == sum(len(section.FIGURES) for section in SECTIONS)
+    assert len(TABLES) == sum(len(section.TABLES) for section in SECTIONS)
+
+
+def test_only_the_modules_of_experiments_name_them():
+    """Elsewhere in the report a list of experiments, or a branch on one, would have to be extended for another."""
+    names = [f'"{name}"' for experiment in EXPERIMENTS for name in (experiment.NAME, *experiment.RESPONSES)]
+    others = [path for path in REPORT.rglob("*") if path.suffix in {".py", ".js", ".j2"} and path.parent.name != "experiments"]
+    others += [ROOT / "workflow" / "scripts" / f"{name}.py" for name in ("report", "animate", "record_lift", "export")]
+    others += [ROOT / "workflow" / "rules" / "pictures.smk"]
+    assert len(others) > 20
+    assert [(path.name, name) for path in others for name in names if name in path.read_text()] == []

@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import record_lift
 from dem import Grains, Tube
 from virtual_soil.campaign.stored import stored
 from virtual_soil.campaign.tables import stack_tables, write_table
 from virtual_soil.report import pack, views
+from virtual_soil.report.experiments import repose
 
 MATERIAL = {
     "radius_m": 5e-5, "static_friction": 0.3, "rolling_friction": 0.1, "density_kg_m3": 3000.0, "poisson_ratio": 0.2,
@@ -162,13 +162,11 @@ def test_recorded_moments_know_their_grains_and_the_tube():
         return SimpleNamespace(time_s=time_s, grains=state, numbers=np.array(numbers), walls={"tube": tube})
 
     table = pd.DataFrame(
-        record_lift.frame_table(
-            [moment(5.0, [[0, 0, 1e-3], [0, 0, 3e-3]], [0, 1], 0.0), moment(5.5, [[0, 0, 2e-3]], [1], 4e-3)], "s0"
-        )
+        repose.frame_table([moment(5.0, [[0, 0, 1e-3], [0, 0, 3e-3]], [0, 1], 0.0), moment(5.5, [[0, 0, 2e-3]], [1], 4e-3)], "s0")
     )
     assert table["time_s"].tolist() == [0.0, 0.0, 0.5]
     assert table["speed_m_s"].tolist() == pytest.approx([12**0.5] * 3)
-    first, second = views.lift_view(table)
+    first, second = repose.lift_view(table)
     assert second["tube"] == {"radius_mm": 3.0, "bottom_mm": 4.0, "top_mm": 3.0}
     _, scalars = unpacked(second["grains"])
     # the grain that is left began at 3 mm and came down by 1 mm

@@ -7,7 +7,12 @@ from virtual_soil.campaign.batches import NAME, batches, digest, later_stages, s
 from virtual_soil.campaign.code import Code
 from virtual_soil.campaign.cost import expected_s, memory_mb, runtime_min
 from virtual_soil.campaign.experiments import module_of
-from virtual_soil.campaign.experiments.registry import BY_NAME, EXPERIMENTS, REDUCED, RESPONSES
+from virtual_soil.campaign.experiments.registry import (
+    BY_NAME,
+    EXPERIMENTS,
+    REDUCED,
+    RESPONSES,
+)
 from virtual_soil.campaign.provenance import versions
 from virtual_soil.campaign.study import (
     base_simulation,
@@ -71,6 +76,9 @@ LABORATORY = [
     for experiment in EXPERIMENTS
     if experiment.LABORATORY
 ]
+# The modules that simulate, and those that the report describes the experiments by.
+SIMULATED = [module_of(name, "simulate") for name in TESTS]
+DESCRIBED = [f"virtual_soil.report.experiments.{name}" for name in TESTS]
 # Every table of the campaign that holds responses.
 MEASURED = list(dict.fromkeys([*TESTS, *REDUCED]))
 
@@ -201,7 +209,9 @@ def batch_memory(wildcards, attempt):
 
 def code_with(script, part):
     """Parameter function: code of a script, and of a module of the experiment that it works on."""
-    return lambda wildcards: CODE.of_script(script, module_of(wildcards.experiment, part))
+    return lambda wildcards: CODE.of_script(
+        script, module_of(wildcards.experiment, part)
+    )
 
 
 def stored_in_stage(stage, experiment, file):

@@ -1,6 +1,5 @@
-# Not part of `all`: moving pictures of both tests at the base point, and files for ParaView: the same films, and stored grains.
-
-# the moments of each test of which the grains are stored
+# Not part of `all`: films of every experiment at the base point, and files for ParaView: the same films, and stored grains.
+# The moments of every test of which the grains are stored.
 MOMENTS = ["before", "after"]
 
 
@@ -28,9 +27,9 @@ rule animate:
             config, base_simulation(config, DESIGN, wildcards.experiment)
         ),
         engine=ENGINE,
-        code=CODE.of_script("animate"),
+        code=CODE.of_script("animate", *DESCRIBED, *SIMULATED),
     message:
-        "Simulate the base point's {wildcards.experiment} test once more and film it, as a GIF and for ParaView."
+        "Repeat the {wildcards.experiment} test of the base point and film it, as a GIF and for ParaView."
     script:
         "../scripts/animate.py"
 

@@ -1,15 +1,23 @@
 # The report: tables and figures of the paper, ours beside the paper's, and what goes beyond.
-from virtual_soil.report.contents import ANSWER, FIGURES, TABLES, figure_names, marked
+from virtual_soil.report.contents import (
+    ANSWER,
+    FIGURES,
+    PAGE,
+    TABLES,
+    figure_names,
+    marked,
+)
+from virtual_soil.report.experiments import repose as recorded
 
 REPORTED = [
-    *("soil", "design", "repose", "shear", "strength", "screening", "acceleration"),
+    *("soil", "design", *MEASURED, "screening", "acceleration"),
     *("reachability", "calibration", "iterations", "minima", "posterior"),
     *("equivalents", "identifiability", "verification", "sensitivity", "coverage"),
 ]
 
 
-# the heap whose lift is recorded: design row and settings
-LIFT = base_settings("repose")
+# The simulation whose lift is recorded: design row and settings.
+LIFT = base_settings(recorded.NAME)
 
 
 rule record_lift:
@@ -26,9 +34,9 @@ rule record_lift:
         row=LIFT[0],
         settings=LIFT[1],
         engine=ENGINE,
-        code=CODE.of_script("record_lift"),
+        code=CODE.of_script("record_lift", module_of(recorded.NAME, "simulate")),
     message:
-        "Simulate the base point's heap once more and keep moments of the lift."
+        "Repeat the heap of the base point and record the lift of the tube."
     script:
         "../scripts/record_lift.py"
 
@@ -51,10 +59,7 @@ rule report:
             f"{RESULTS}/rounds/{k}/comparison.parquet" for k in range(1, ROUNDS + 1)
         ],
         twins=[f"{RESULTS}/twins.parquet"] if config["twins"] else [],
-        page=[
-            f"src/virtual_soil/report/{name}"
-            for name in ("template.html.j2", "report.css", "views.js")
-        ],
+        page=[f"src/virtual_soil/report/{name}" for name in PAGE],
         captions=[
             f"src/virtual_soil/report/captions/{name}.rst"
             for name in (*figure_names(config), *TABLES)
@@ -75,7 +80,7 @@ rule report:
     params:
         config=config,
         versions=versions(),
-        code=CODE.of_script("report"),
+        code=CODE.of_script("report", *DESCRIBED),
     message:
         "Write the report."
     script:

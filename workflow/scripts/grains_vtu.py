@@ -1,4 +1,4 @@
-"""Adapt rule `grains_vtu` to `_paraview`: the grains of one stored moment."""
+"""Adapt rule `grains_vtu` to `virtual_soil.report.paraview`: grains of one stored file."""
 
 from _log import log_to
 from virtual_soil.campaign.files import whole
@@ -9,7 +9,7 @@ PLACES = ["x_m", "y_m", "z_m"]
 
 
 def main(grains_path, simulation, path):
-    """Every column that is no place becomes data of the grains."""
+    """Write the grains; every column except the positions becomes point data."""
     grains = read_simulation(grains_path, "grains", simulation).drop(columns="simulation")
     if grains.empty:
         raise TableError(f"{grains_path}: holds no grains of {simulation}, as it failed; run.parquet beside it says why.")

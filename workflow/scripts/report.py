@@ -4,7 +4,8 @@ from pathlib import Path
 
 from _log import log_to
 from virtual_soil.campaign.files import write_text
-from virtual_soil.report.page import build, csv, read_study
+from virtual_soil.report.inputs import read_study
+from virtual_soil.report.page import build, csv
 
 
 def main(files, config, versions, output):

@@ -7,6 +7,7 @@ it, the contact model in words and equations, how it was simulated, and where it
 import hashlib
 import json
 import math
+from collections.abc import Mapping
 from pathlib import Path
 
 import jsonschema
@@ -22,8 +23,6 @@ PARAMETERS = {
     "rolling_friction": ("1", "coefficient of rolling friction between grains; see models.rolling for its definition"),
     "restitution": ("1", "coefficient of restitution"),
 }
-RESPONSES = {"cohesion": ("cohesion_pa", "Pa"), "friction_angle": ("friction_angle_deg", "deg"),
-             "angle_of_repose": ("angle_of_repose_deg", "deg")}  # fmt: skip
 PAIR = "E* = E/2/(1 - nu^2), E = 2 G (1 + nu); G* = G/2/(2 - nu); 1/R* = 1/R_1 + 1/R_2; 1/m* = 1/m_1 + 1/m_2"
 MODELS = {
     "normal": {
@@ -48,13 +47,13 @@ MODELS = {
 SCHEMA = json.loads(Path(__file__).with_name("material.schema.json").read_text(encoding="utf-8"))
 
 
-def material_card(optimum: dict, verification: list[dict], config: dict, provenance: dict) -> dict:
+def material_card(optimum: dict, verification: list[dict], config: dict, provenance: dict, responses: Mapping[str, str]) -> dict:
     """The card of one case.
 
     Parameters
     ----------
     optimum : the case's row of the calibration table. verification : its rows of the verification table. config : the study's.
-    provenance : fingerprints (engine, inference, export) and versions.
+    provenance : fingerprints (engine, inference, export) and versions. responses : column of each response -> its unit.
     """
     variables = config["design"]["variables"]
     material = {**config["material"], **{name: optimum[name] for name in variables}}
@@ -85,7 +84,7 @@ def material_card(optimum: dict, verification: list[dict], config: dict, provena
                 "predicted": optimum[column],
                 **interval(optimum, column),
             }
-            for column, unit in RESPONSES.values()
+            for column, unit in responses.items()
         },
         "verification": {
             "verdict": optimum["verified"],

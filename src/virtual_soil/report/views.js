@@ -4,11 +4,7 @@
   // Colours that stay apart for colour-blind readers (Okabe & Ito); the last is the page's ink.
   const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"];
   const DASHES = ["solid", "dash", "dot", "dashdot"];
-  const RESPONSES = {
-    angle_of_repose: "angle of repose A (°)", friction_angle: "friction angle φ (°)", cohesion: "cohesion c (Pa)",
-  };
   const KINDS = { ours: "what the optimiser uses", polynomial: "f·g fitted to our points", published: "f·g as the paper prints it" };
-  const TESTS = { repose: "heap", shear: "shear box" };
   const SCALARS = {
     displacement: "displacement (mm)", speed: "speed (mm/s)", coordination: "coordination number",
     "height at the start": "height at the start (mm)",
@@ -36,7 +32,7 @@
     return window.Plotly;
   });
 
-  // Grains as `_pack.packed_grains` wrote them, in mm.
+  // Grains as `pack.packed_grains` wrote them, in mm.
   async function unpackedGrains(header) {
     const { n, low_mm: low, step_mm: step } = header;
     const bytes = await inflated(header.data);
@@ -264,12 +260,12 @@
   ];
 
   async function grainView({ controls, plot, Plotly }) {
-    const { tests } = stored();
+    const { tests, specimens } = stored();
     const pointsOf = () => Object.keys(tests[test.value]).map((label) => [label, label]);
     const runsOf = () => tests[test.value][point.value].map((run, k) => [k, run.label]);
     const newPoint = () => { run.fill(runsOf()); return draw(); };
     const newTest = () => { point.fill(pointsOf()); return newPoint(); };
-    const test = chooser(controls, "Test", Object.keys(tests).map((name) => [name, TESTS[name]]), newTest);
+    const test = chooser(controls, "Test", Object.keys(tests).map((name) => [name, specimens[name].words]), newTest);
     const point = chooser(controls, "Point", pointsOf(), newPoint);
     const run = chooser(controls, "Simulation", runsOf(), () => draw());
     const colour = chooser(controls, "Colour", [], () => draw());
@@ -286,9 +282,9 @@
       if (call !== latest) return;
       shown = grains;
       const spans = [shown.x, shown.y, shown.z].map((axis) => spanOf(axis, shown.radii[0]));
-      const eye = test.value === "shear" ? [0, -2, 0.15] : [0.9, -1.6, 0.7];
+      const { eye, flat } = specimens[test.value];
       const look = scaledScene(plot, spans, eye, { uirevision: test.value + point.value });
-      if (test.value === "shear") look.yaxis.visible = false; // seen edge on
+      if (flat) look.yaxis.visible = false; // seen edge on
       await Plotly.react(plot, [grainTrace(grains, colour.value)], layout({ scene: look, margin: { l: 0, r: 0, t: 10, b: 0 } }), SETTINGS);
       resize ??= trueSize(plot, Plotly, () => shown.radii);
       resize();
@@ -353,9 +349,9 @@
   const microns = (radius) => `${Number(radius.toPrecision(3))} µm`;
 
   async function surfaceView({ controls, plot, Plotly }) {
-    const { surfaces } = await views();
+    const { surfaces, responses } = await views();
     const { static: s, rolling: r, radii_um: radii, fields, simulated } = surfaces;
-    const response = chooser(controls, "Response", Object.entries(RESPONSES), () => draw());
+    const response = chooser(controls, "Response", Object.entries(responses), () => draw());
     const kind = chooser(controls, "Surrogate", Object.entries(KINDS), () => draw());
     const radius = slider(controls, "Radius", radii.length, (k) => microns(radii[k]), () => draw());
     radius.value = baseRadius(surfaces);
@@ -365,7 +361,7 @@
       return columns.map((column) => column.filter((_, i) => near(at[i], radii[radius.value])));
     };
     function draw() {
-      const title = RESPONSES[response.value];
+      const title = responses[response.value];
       const field = fields[kind.value][response.value][radius.value];
       const [x, y, z] = points();
       const surface = {
@@ -396,21 +392,21 @@
   }
 
   async function isoView({ controls, plot, Plotly }) {
-    const { surfaces, iso } = await views();
+    const { surfaces, iso, responses } = await views();
     const { static: s, rolling: r, radii_um: radii, fields } = surfaces;
     const ofCase = () => { radius.value = iso[choice.value].radius; return draw(); };
     const choice = chooser(controls, "Case", Object.keys(iso).map((name) => [name, name]), ofCase);
     const kind = chooser(controls, "Surrogate", Object.entries(KINDS), () => draw());
     const radius = slider(controls, "Radius", radii.length, (k) => microns(radii[k]), () => draw());
     radius.value = iso[choice.value].radius;
-    const curves = () => Object.keys(RESPONSES).flatMap((response, k) => {
+    const curves = () => Object.keys(responses).flatMap((response, k) => {
       const target = iso[choice.value].targets[response];
       const field = fields[kind.value][response][radius.value];
       const all = field.flat();
       const reached = Math.min(...all) <= target && target <= Math.max(...all);
       const band = Math.max(0.05 * Math.abs(target), 1);
-      const name = `${RESPONSES[response].split(" (")[0]} ${target}${reached ? "" : ": nowhere here"}`;
-      const hovertemplate = `µs %{x:.3g}, µr %{y:.3g}: %{z:.4g}<extra>${RESPONSES[response]}</extra>`;
+      const name = `${responses[response].split(" (")[0]} ${target}${reached ? "" : ": nowhere here"}`;
+      const hovertemplate = `µs %{x:.3g}, µr %{y:.3g}: %{z:.4g}<extra>${responses[response]}</extra>`;
       const curve = (levels, line, more) => ({
         type: "contour", x: s, y: r, z: field, showscale: false, autocontour: false, hovertemplate,
         contours: { coloring: "none", ...levels }, line: { color: COLOURS[k], ...line }, ...more,

@@ -1,4 +1,4 @@
-"""What the report's interactive views show, as plain values for `views.js`; each function takes tables."""
+"""Data of the interactive views in `views.js`, as plain values; each function takes tables."""
 
 import math
 
@@ -6,22 +6,24 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from virtual_soil.calibration.surrogate import RESPONSES
+from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report import pack
-from virtual_soil.report.calibrated import SYMBOLS
+from virtual_soil.report.quantities import VARIABLES
 from virtual_soil.report.text import spoken
 
-#: Grains in the 3D view of a study; about 7 bytes of the page each. Of larger studies a selection is shown.
-MOST_GRAINS = 1_300_000
+#: Maximum number of grains in the 3D view, about 7 bytes of the page each; of larger studies a selection is shown.
+MAX_GRAINS = 1_300_000
+PLACES = ["x_m", "y_m", "z_m"]
+FRICTIONS = ("static_friction", "rolling_friction")
 #: Points of a surface along static and rolling friction.
 SURFACE_POINTS = (35, 25)
-#: What may differ between points beside the design variables, and how a label names it.
+#: Properties that may differ between points beside the design variables, and their symbols.
 FURTHER = {"density_kg_m3": "ρ", "poisson_ratio": "ν", "shear_modulus_pa": "G", "restitution": "e"}
 
 
 def coordination(grains: pd.DataFrame, periodic_m: float = 0.0) -> np.ndarray:
-    """Number of other grains that each grain touches; the space repeats after `periodic_m` along y, if that is not 0."""
-    places, radii = grains[["x_m", "y_m", "z_m"]].to_numpy(copy=True), grains["radius_m"].to_numpy()
+    """Coordination number of each grain; `periodic_m` is the period along y, 0 if there is none."""
+    places, radii = grains[PLACES].to_numpy(copy=True), grains["radius_m"].to_numpy()
     if len(places) == 0:
         return np.zeros(0, int)
     if periodic_m:
@@ -37,15 +39,17 @@ def coordination(grains: pd.DataFrame, periodic_m: float = 0.0) -> np.ndarray:
 
 
 def moved(before: pd.DataFrame, after: pd.DataFrame) -> np.ndarray | None:
-    """How far each grain moved in mm; None where grains were lost, as it is not stored which."""
-    if len(before) != len(after):
-        return None
-    columns = ["x_m", "y_m", "z_m"]
-    return 1e3 * np.linalg.norm(after[columns].to_numpy() - before[columns].to_numpy(), axis=1)
+    """Displacement of each grain in mm; None if grains were lost, because the lost ones are not recorded."""
+    return distance_mm(before, after) if len(before) == len(after) else None
+
+
+def distance_mm(start: pd.DataFrame, end: pd.DataFrame) -> np.ndarray:
+    """Distance between corresponding rows of two tables of grains in mm."""
+    return 1e3 * np.linalg.norm(end[PLACES].to_numpy() - start[PLACES].to_numpy(), axis=1)
 
 
 def snapshot(before: pd.DataFrame, after: pd.DataFrame, periodic_m: float = 0.0) -> dict:
-    """One simulation's grains at the end, packed, with all that colours them."""
+    """One simulation's grains at the end, packed, with displacement, coordination number and speed."""
     scalars = {"displacement": moved(before, after), "coordination": coordination(after, periodic_m)}
     scalars["speed"] = 1e3 * after["speed_m_s"].to_numpy()
     return pack.packed_grains(after, {name: values for name, values in scalars.items() if values is not None})
@@ -54,44 +58,47 @@ def snapshot(before: pd.DataFrame, after: pd.DataFrame, periodic_m: float = 0.0)
 def labelled(rows: pd.DataFrame, material: dict, calibration: pd.DataFrame) -> pd.DataFrame:
     """Design rows with `label` and `rank` of their points: optima first, then the base set, then the others in order."""
     points = rows.drop_duplicates("point_id").copy()
-    ours = calibration[calibration["surrogate"] == "ours"]
-    labels, ranks = [], []
-    for _, point in points.iterrows():
-        label = f"µs {point['static_friction']:.3g}, µr {point['rolling_friction']:.3g}, r {1e6 * point['radius_m']:.3g} µm"
-        label += "".join(f", {FURTHER[n]} {point[n]:g}" for n in FURTHER if not math.isclose(point[n], material[n]))
-        cases = [row["case"] for _, row in ours.iterrows() if all(math.isclose(point[n], row[n], rel_tol=1e-3) for n in SYMBOLS)]
-        base = all(math.isclose(point[n], material[n]) for n in (*SYMBOLS, *FURTHER))
-        named = f"optimum of {', '.join(map(spoken, cases))}" if cases else "base set" if base else ""
-        labels.append(f"{label} ({named})" if named else label)
-        ranks.append(0 if cases else 1 if base else 2)
-    points = points.assign(label=labels, rank=ranks)[["point_id", "label", "rank"]]
-    variables = ["radius_m", "static_friction", "rolling_friction"]
-    keys = ["rank", *variables, "point_id", "fidelity", "normal_stress_pa", "seed"]
-    return rows.merge(points, on="point_id").sort_values(keys, kind="stable", ignore_index=True)
+    optima = calibration[calibration["surrogate"] == "ours"]
+    points[["label", "rank"]] = [point_label(point, material, optima) for _, point in points.iterrows()]
+    keys = ["rank", *VARIABLES, "point_id", "fidelity", "normal_stress_pa", "seed"]
+    merged = rows.merge(points[["point_id", "label", "rank"]], on="point_id")
+    return merged.sort_values(keys, kind="stable", ignore_index=True)
+
+
+def point_label(point: pd.Series, material: dict, optima: pd.DataFrame) -> tuple[str, int]:
+    """Label and rank of a point: 0 for an optimum, 1 for the base set, 2 for any other point."""
+    label = f"µs {point['static_friction']:.3g}, µr {point['rolling_friction']:.3g}, r {1e6 * point['radius_m']:.3g} µm"
+    label += "".join(f", {symbol} {point[n]:g}" for n, symbol in FURTHER.items() if not math.isclose(point[n], material[n]))
+    cases = [row["case"] for _, row in optima.iterrows() if all(math.isclose(point[n], row[n], rel_tol=1e-3) for n in VARIABLES)]
+    if cases:
+        return f"{label} (optimum of {', '.join(map(spoken, cases))})", 0
+    if all(math.isclose(point[n], material[n]) for n in (*VARIABLES, *FURTHER)):
+        return f"{label} (base set)", 1
+    return label, 2
 
 
 def run_label(row) -> str:
-    """What tells the simulations of one point apart."""
+    """Label of a simulation among those of its point."""
     parts = [] if pd.isna(row["normal_stress_pa"]) else [f"p {row['normal_stress_pa']:g} Pa"]
     parts.append(f"seed {row['seed']}")
     return ", ".join(parts + ([] if row["fidelity"] == "campaign" else [row["fidelity"]]))
 
 
-def selected(rows: pd.DataFrame, n_grains: dict[str, int], most: int = MOST_GRAINS) -> pd.DataFrame:
-    """The rows to be shown: all, or those of the optima and the base set and as many others as fit, evenly chosen."""
+def selected(rows: pd.DataFrame, n_grains: dict[str, int], most: int = MAX_GRAINS) -> pd.DataFrame:
+    """Rows of at most so many grains: those of the optima and the base set, and an even selection of the others."""
     rows = rows[rows["simulation_id"].map(n_grains).fillna(0) > 0]
     counts = rows["simulation_id"].map(n_grains)
     if counts.sum() <= most:
         return rows
     kept = rows["rank"] < 2
-    room, others = most - counts[kept].sum(), rows.index[~kept]
-    n_more = max(int(room / max(counts[~kept].mean(), 1.0)), 0)
+    capacity, others = most - counts[kept].sum(), rows.index[~kept]
+    n_more = max(int(capacity / max(counts[~kept].mean(), 1.0)), 0)
     chosen = others[np.unique(np.linspace(0, len(others) - 1, n_more).astype(int))] if n_more else []
     return rows[kept | rows.index.isin(chosen)]
 
 
 def grain_view(rows: pd.DataFrame, states: dict[str, tuple], periods_m: dict[str, float]) -> tuple[dict, str]:
-    """What the 3D view offers, and a sentence on what it leaves out; rows: `labelled`; states: id -> grains before and after."""
+    """Data of the 3D view, and a sentence on omitted simulations; rows: `labelled`; states: id -> grains before and after."""
     some = selected(rows, {name: len(after) for name, (_, after) in states.items()})
     tests: dict[str, dict[str, list]] = {}
     for _, row in some.iterrows():
@@ -107,42 +114,6 @@ def grain_view(rows: pd.DataFrame, states: dict[str, tuple], periods_m: dict[str
     return tests, note
 
 
-def lift_view(frames: pd.DataFrame) -> list[dict]:
-    """The lift's frames: time, tube, packed grains coloured by the layer in which they began, speed and way."""
-    first = frames[frames["frame"] == 0].set_index("grain")
-    columns, top = ["x_m", "y_m", "z_m"], first["z_m"].max()
-    view = []
-    for _, frame in frames.groupby("frame"):
-        start = first.loc[frame["grain"]]
-        scalars = {
-            "height at the start": 1e3 * start["z_m"].to_numpy(),
-            "speed": 1e3 * frame["speed_m_s"].to_numpy(),
-            "displacement": 1e3 * np.linalg.norm(frame[columns].to_numpy() - start[columns].to_numpy(), axis=1),
-            "coordination": coordination(frame),
-        }
-        tube = {"radius_mm": 1e3 * frame["tube_radius_m"].iloc[0], "bottom_mm": 1e3 * frame["tube_bottom_m"].iloc[0]}
-        grains = pack.packed_grains(frame, scalars)
-        view.append({"time_s": frame["time_s"].iloc[0], "tube": {**tube, "top_mm": 1e3 * top}, "grains": grains})
-    return view
-
-
-def shear_view(rows: pd.DataFrame, histories: dict[str, pd.DataFrame]) -> dict:
-    """Label of a point -> its shear curves; rows: `labelled`."""
-    view: dict[str, list[dict]] = {}
-    for _, row in rows[rows["experiment"] == "shear"].iterrows():
-        history = histories.get(row["simulation_id"])  # a failed test has none
-        if history is not None:
-            curve = {
-                "pressure": row["normal_stress_pa"],
-                "label": run_label(row),
-                "displacement": 1e3 * history["displacement_m"].to_numpy(),
-                "time": history["time_s"].to_numpy(),
-                "stress": history["shear_stress_pa"].to_numpy(),
-            }
-            view.setdefault(row["label"], []).append(curve)
-    return view
-
-
 def shown_radii(design: dict, calibration: pd.DataFrame) -> np.ndarray:
     """The sweep's radii and those of our optima, in m, ascending."""
     optima = calibration.loc[calibration["surrogate"] == "ours", "radius_m"]
@@ -151,29 +122,29 @@ def shown_radii(design: dict, calibration: pd.DataFrame) -> np.ndarray:
 
 
 def surface_view(kinds: dict[str, dict], radii_m: np.ndarray, points: dict[str, pd.DataFrame]) -> dict:
-    """Every response over the friction grid at some radii; kinds: name -> {response: surrogate}; points: what was simulated."""
+    """Every response over the friction grid at some radii; kinds: name -> {response: surrogate}; points: simulated ones."""
     ranges = next(iter(kinds["ours"].values())).ranges
-    axes = ((*ranges[name], n) for name, n in zip(("static_friction", "rolling_friction"), SURFACE_POINTS, strict=True))
+    axes = [(*ranges[name], n) for name, n in zip(FRICTIONS, SURFACE_POINTS, strict=True)]
     s, r = (np.linspace(low, high, n) for low, high, n in axes)
-    grid = dict(zip(("static_friction", "rolling_friction"), np.meshgrid(s, r), strict=True))
+    grid = dict(zip(FRICTIONS, np.meshgrid(s, r), strict=True))
+    at_radii = [{**grid, "radius_m": np.full_like(grid["static_friction"], radius)} for radius in radii_m]
     fields = {
-        kind: {
-            response: [model.predict({**grid, "radius_m": np.full_like(grid["static_friction"], radius)}) for radius in radii_m]
-            for response, model in models.items()
-        }
+        kind: {response: [model.predict(values) for values in at_radii] for response, model in models.items()}
         for kind, models in kinds.items()
     }
-    simulated = {}
-    for response, table in points.items():
-        column, _ = RESPONSES[response]
-        means = table.groupby(["radius_m", "static_friction", "rolling_friction"], as_index=False)[column].mean()
-        columns = ("radius_m", "static_friction", "rolling_friction", column)
-        simulated[response] = [1e6 * means["radius_m"], *(means[name] for name in columns[1:])]
+    simulated = {response: mean_points(table, RESPONSES[response].column) for response, table in points.items()}
     return {"static": s, "rolling": r, "radii_um": 1e6 * radii_m, "fields": fields, "simulated": simulated}
 
 
+def mean_points(table: pd.DataFrame, column: str) -> list[pd.Series]:
+    """Radius in µm, static and rolling friction of every point, and the mean of a response over its rows."""
+    variables = ["radius_m", *FRICTIONS]
+    means = table.groupby(variables, as_index=False)[column].mean()
+    return [1e6 * means["radius_m"], *(means[name] for name in (*FRICTIONS, column))]
+
+
 def iso_view(calibration: pd.DataFrame, posterior: pd.DataFrame, equivalents: pd.DataFrame, radii_m: np.ndarray) -> dict:
-    """Case -> targets, optimum, posterior and equivalent sets; the curves themselves are drawn from `surface_view`."""
+    """Case -> targets, optimum, posterior and equivalent sets; the curves are drawn from the fields of `surface_view`."""
     view = {}
     for _, row in calibration[calibration["surrogate"] == "ours"].iterrows():
         sets = {}
@@ -181,7 +152,7 @@ def iso_view(calibration: pd.DataFrame, posterior: pd.DataFrame, equivalents: pd
             own = table[table["case"] == row["case"]]
             sets[name] = [own["static_friction"], own["rolling_friction"], 1e6 * own["radius_m"]]
         view[spoken(row["case"])] = {
-            "targets": {response: row[f"target_{column}"] for response, (column, _) in RESPONSES.items()},
+            "targets": {name: row[f"target_{response.column}"] for name, response in RESPONSES.items()},
             "optimum": [row["static_friction"], row["rolling_friction"]],
             "radius": int(np.abs(radii_m - row["radius_m"]).argmin()),
             **sets,

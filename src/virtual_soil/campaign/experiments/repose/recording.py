@@ -1,0 +1,16 @@
+"""The recorded lift of a heap as a table."""
+
+import numpy as np
+
+from virtual_soil.campaign.simulate import grain_table
+
+
+def frame_table(frames: list, simulation: str) -> dict[str, np.ndarray]:
+    """Grains and tube of all frames of a film as the columns of one table."""
+    parts = []
+    for number, frame in enumerate(frames):
+        tube, n = frame.walls["tube"], len(frame.grains)
+        constant = {"time_s": frame.time_s - frames[0].time_s, "tube_bottom_m": tube.bottom_m, "tube_radius_m": tube.radius_m}
+        columns = {name: np.full(n, value) for name, value in constant.items()}
+        parts.append({**grain_table(frame.grains, simulation), **columns, "frame": np.full(n, number), "grain": frame.numbers})
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

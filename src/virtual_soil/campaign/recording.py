@@ -1,0 +1,65 @@
+"""Record one simulation while it runs: its grains and walls at every look of a stage, for films and for the recorded lift."""
+
+from dataclasses import dataclass
+from importlib import import_module
+
+import numpy as np
+
+from dem import Grains, Simulation, Wall
+from virtual_soil.campaign.experiments import module_of
+from virtual_soil.campaign.experiments.common import engine_of, soil_of
+
+#: Number of frames in a film.
+N_FRAMES = 60
+
+
+@dataclass(frozen=True)
+class Frame:
+    """State at one time: grains, their numbers in the first frame, and walls by name."""
+
+    time_s: float
+    grains: Grains
+    numbers: np.ndarray
+    walls: dict[str, Wall]
+
+
+class Film:
+    """Keep a frame at every sampling interval of one stage; pass it to an experiment as `each`."""
+
+    def __init__(self, stage: str):
+        self.stage = stage
+        self.frames: list[Frame] = []
+
+    def __call__(self, simulation: Simulation, stage: str) -> None:
+        """Keep this state."""
+        if stage != self.stage:
+            return
+        grains, time_s = simulation.grains, simulation.time_s
+        numbers = np.arange(len(grains))
+        if self.frames:
+            last = self.frames[-1]
+            numbers = last.numbers[still_there(last.grains, grains, time_s - last.time_s)]
+        self.frames.append(Frame(time_s, grains, numbers, {name: simulation.wall(name) for name in simulation.wall_names}))
+
+    def shown(self, n_frames: int | None = None) -> list[Frame]:
+        """Return at most `n_frames` frames (N_FRAMES), evenly distributed in time, including the first and the last."""
+        times = np.array([frame.time_s for frame in self.frames])
+        wanted = np.linspace(times[0], times[-1], n_frames or N_FRAMES)
+        chosen = np.unique(np.abs(times - wanted[:, None]).argmin(axis=1))
+        return [self.frames[k] for k in chosen]
+
+
+def still_there(before: Grains, after: Grains, seconds: float) -> np.ndarray:
+    """Indices into `before` of the grains in `after`.
+
+    Removed grains have fallen off the plate, so they are the lowest ones. The others keep their order.
+    """
+    heights = before.positions_m[:, 2] + seconds * before.velocities_m_s[:, 2]
+    return np.sort(np.argsort(heights)[len(before) - len(after) :])
+
+
+def record(row: dict, settings: dict, stage: str) -> Film:
+    """Simulate a design row and keep a frame at every look of one stage."""
+    film, job = Film(stage), import_module(module_of(row["experiment"], "simulate"))
+    job.run(soil_of(row), settings["setup"], engine_of(settings), row["seed"], each=film)
+    return film

@@ -1,0 +1,152 @@
+"""The answer: calibrated parameters with their intervals, the properties at the optima, and what a user must know."""
+
+from collections.abc import Mapping
+
+import pandas as pd
+
+from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.report.items import Entry, Item
+from virtual_soil.report.quantities import VARIABLES, combination, header, symbols, value_with_interval
+from virtual_soil.report.study import Study
+from virtual_soil.report.text import number, spoken, with_error
+
+NAME, TITLE, HEADING = "answer", "The answer", "The answer"
+LINKS = {"answer": "The answer"}
+FIGURES: dict[str, Entry] = {}
+TABLES = {"answer": "Calibrated grain parameters", "properties": "Properties at the optima"}
+
+
+def figures(_study: Study) -> dict[str, Item]:
+    """No figures."""
+    return {}
+
+
+def tables(study: Study) -> dict[str, pd.DataFrame]:
+    """Parameters and properties."""
+    return {
+        "answer": answer_table(study.tables["calibration"]),
+        "properties": properties_table(study.tables["verification"]),
+    }
+
+
+def words(study: Study) -> dict:
+    """Cards and remarks."""
+    return {
+        "cards": answer_cards(study.tables["calibration"]),
+        "targets": ", ".join(response.symbol for response in RESPONSES.values()),
+        "remarks": answer_remarks(study.tables),
+    }
+
+
+def answer_table(calibration: pd.DataFrame) -> pd.DataFrame:
+    """Our optima with the intervals of their variables, and the verdict of their verification."""
+    rows = []
+    for _, row in calibration[calibration["surrogate"] == "ours"].iterrows():
+        cells = [cell for name in VARIABLES for cell in value_with_interval(row, name)]
+        rows.append((row["case"], *cells, row["verified"]))
+    columns = [column for variable in VARIABLES.values() for column in (header(variable), "95 %")]
+    return pd.DataFrame(rows, columns=["case", *columns, "simulation"])
+
+
+def answer_cards(calibration: pd.DataFrame) -> list[dict]:
+    """Our optima as cards."""
+    return [answer_card(row) for _, row in calibration[calibration["surrogate"] == "ours"].iterrows()]
+
+
+def answer_card(row: Mapping) -> dict:
+    """Case, each variable with its interval, the verdict of its verification, and missed targets."""
+    values = []
+    for name, variable in VARIABLES.items():
+        value, interval = value_with_interval(row, name)
+        values.append((variable.symbol, f"{value} {variable.unit}".rstrip(), interval))
+    agrees = row["verified"] == "agrees"
+    verdict = "verified by DEM" if agrees else f"not verified by DEM: {spoken(row['verified'])}"
+    return {
+        "case": spoken(row["case"]),
+        "values": values,
+        "agrees": agrees,
+        "verdict": verdict,
+        "missed": spoken_list(row["missed"]),
+    }
+
+
+def spoken_list(names: str) -> str:
+    """Comma-separated names as words."""
+    return ", ".join(spoken(name) for name in names.split(",") if name)
+
+
+def properties_table(verification: pd.DataFrame) -> pd.DataFrame:
+    """Target, prediction and simulation of every property at the optimum."""
+    cases, columns, names = list(dict.fromkeys(verification["case"])), [], ["case"]
+    for response in RESPONSES.values():
+        rows = verification[verification["response"] == response.name].set_index("case").loc[cases]
+        columns.append([number(v) for v in rows["target"]])
+        for kind in ("predicted", "simulated"):
+            columns.append([with_error(v, e) for v, e in zip(rows[kind], rows[f"{kind}_se"], strict=True)])
+        names += [header(response), "predicted", "simulated"]
+    return pd.DataFrame(list(zip(cases, *columns, strict=True)), columns=names)
+
+
+def answer_remarks(tables: Mapping[str, pd.DataFrame]) -> list[str]:
+    """One paragraph per case: what a user of its parameters must know."""
+    return [" ".join(caveats(row, tables)) for _, row in tables["calibration"].query("surrogate == 'ours'").iterrows()]
+
+
+def caveats(optimum: Mapping, tables: Mapping[str, pd.DataFrame]) -> list[str]:
+    """Sentences on one optimum."""
+    found = [
+        *missed_targets(optimum),
+        *beyond_simulated(optimum, tables["reachability"]),
+        *doubts(optimum),
+        *undetermined(optimum["case"], tables["identifiability"]),
+    ]
+    return [f"{optimum['case']}:", *(found or ["nothing to add."])]
+
+
+def missed_targets(optimum: Mapping) -> list[str]:
+    """Targets that the optimum misses, and predictions at it that are extrapolated."""
+    sentences = []
+    if optimum["missed"]:
+        sentences.append(
+            f"No virtual soil of this design has all properties of the real one; this one misses "
+            f"{spoken_list(optimum['missed'])}, by up to {optimum['deviation_sd']:.0f} standard deviations. "
+            "The intervals are those of the nearest soils, not of the real one."
+        )
+    if optimum["extrapolated"]:
+        sentences.append(f"It lies outside the simulated points; extrapolated: {spoken_list(optimum['extrapolated'])}.")
+    return sentences
+
+
+def beyond_simulated(optimum: Mapping, reachability: pd.DataFrame) -> list[str]:
+    """Predictions at an optimum that lie outside the range of all simulations of the campaign."""
+    sentences = []
+    for response in RESPONSES.values():
+        simulated = reachability[reachability["response"] == response.name].iloc[0]
+        low, high, value = simulated["lowest_simulated"], simulated["highest_simulated"], optimum[response.column]
+        if not low <= value <= high:
+            sentences.append(
+                f"The predicted {response.words}, {value:.1f} {response.unit}, lies beyond all that the campaign simulated "
+                f"({low:.1f} to {high:.1f})."
+            )
+    return sentences
+
+
+def doubts(optimum: Mapping) -> list[str]:
+    """The optimum at an edge, not confirmed, or one of several."""
+    sentences = []
+    if optimum["at_bound"]:
+        sentences.append(f"It lies at the edge of the design ({symbols(optimum['at_bound'])}).")
+    if optimum["verified"] != "agrees":
+        sentences.append(f"Simulating it does not confirm what was predicted ({spoken(optimum['verified'])}).")
+    if optimum["n_distinct"] > 1:
+        sentences.append(f"{optimum['n_distinct']} distinct minima were found; the cheapest is shown.")
+    return sentences
+
+
+def undetermined(case: str, identifiability: pd.DataFrame) -> list[str]:
+    """Combinations of the variables that the tests do not determine at an optimum."""
+    free = identifiability[(identifiability["case"] == case) & ~identifiability["determined"].astype(bool)]
+    if free.empty:
+        return []
+    named = "; ".join(combination(direction) for _, direction in free.iterrows())
+    return [f"The tests do not determine {named} there: equivalents.parquet lists sets that serve as well."]

@@ -1,0 +1,86 @@
+"""Checks and sources: bias of the acceleration, failed simulations, and assumptions."""
+
+from collections.abc import Mapping
+
+import pandas as pd
+
+from virtual_soil.report.experiments import EXPERIMENTS, runs
+from virtual_soil.report.items import Entry, Item
+from virtual_soil.report.quantities import VARIABLES
+from virtual_soil.report.study import Study
+from virtual_soil.report.text import number, with_error
+
+NAME, TITLE, HEADING = "checks", "Checks", "Checks and sources"
+LINKS = {"checks": "Checks and sources"}
+FIGURES: dict[str, Entry] = {}
+TABLES = {"acceleration": "Bias of the acceleration"}
+
+#: Assumptions of all experiments.
+ASSUMPTIONS = (
+    "Equal spheres unless a spread of radii is configured; the paper does not say.",
+    *(assumption for experiment in EXPERIMENTS for assumption in experiment.ASSUMPTIONS),
+    "In the radius sweep the geometry grows with the grains unless configured otherwise; the lift speed stays.",
+    "The paper's Equation 3 is read with c in kPa and r0 = 200 µm for the shear test: only then does it give the printed values.",
+)
+#: What identifies a failed simulation, and the reason.
+FAILED = ["simulation_id", "experiment", *VARIABLES, "normal_stress_pa", "seed", "reason"]
+
+
+def figures(_study: Study) -> dict[str, Item]:
+    """No figures."""
+    return {}
+
+
+def tables(study: Study) -> dict[str, pd.DataFrame]:
+    """Bias of the acceleration."""
+    return {"acceleration": acceleration_table(study.tables["acceleration"])}
+
+
+def words(study: Study) -> dict:
+    """Remarks on the acceleration, failed simulations and assumptions."""
+    return {
+        "remarks": acceleration_remarks(study.tables["acceleration"]),
+        "failed": failed_table(runs(study)),
+        "assumptions": ASSUMPTIONS,
+    }
+
+
+def acceleration_table(table: pd.DataFrame) -> pd.DataFrame:
+    """Bias of the acceleration."""
+    columns = ["test", "µs, µr", "quantity", "accelerated", "reference", "runs", "bias", "beyond noise", "time of a run (s)"]
+    return pd.DataFrame([acceleration_row(row) for _, row in table.iterrows()], columns=columns)
+
+
+def acceleration_row(row: Mapping) -> tuple:
+    """One measured quantity, accelerated and at the paper's fidelity."""
+    digits = 1 if row["quantity"].endswith("deg") else 3
+    return (
+        row["experiment"],
+        f"{row['static_friction']:g}, {row['rolling_friction']:g}",
+        row["quantity"],
+        number(row["campaign_mean"], digits),
+        number(row["reference_mean"], digits),
+        f"{row['campaign_n']} / {row['reference_n']}",
+        with_error(row["bias"], row["bias_se"], digits),
+        "yes" if row["exceeds_noise"] else "no",
+        f"{number(row['campaign_wall_time_s'])} / {number(row['reference_wall_time_s'])}",
+    )
+
+
+def acceleration_remarks(table: pd.DataFrame) -> list[str]:
+    """Test points at which the bias exceeds the noise."""
+    if table.empty:
+        return ["This study has no check points."]
+    beyond = table[table["exceeds_noise"]]
+    if beyond.empty:
+        return ["No bias exceeds two standard errors of the scatter between seeds."]
+    return [
+        f"{row['experiment']} at ({row['static_friction']:g}, {row['rolling_friction']:g}): the bias exceeds the noise."
+        for _, row in beyond.iterrows()
+    ]
+
+
+def failed_table(simulated: pd.DataFrame) -> pd.DataFrame | None:
+    """Failed simulations with their reasons; None if there are none."""
+    failed = simulated.loc[simulated["status"] == "failed", FAILED]
+    return None if failed.empty else failed

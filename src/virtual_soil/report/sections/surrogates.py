@@ -1,0 +1,195 @@
+"""Virtual tests and surrogates: what was simulated, the surrogates fitted to it, and their errors."""
+
+from collections.abc import Mapping
+
+import pandas as pd
+
+from virtual_soil.calibration.paper import published
+from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.report import experiments, response_plots
+from virtual_soil.report.experiments import EXPERIMENTS, measured
+from virtual_soil.report.items import Entry, Item
+from virtual_soil.report.quantities import enumerated, symbol
+from virtual_soil.report.study import Study, has_friction_grid, known_points
+from virtual_soil.report.text import number, spoken, with_error
+
+NAME, TITLE = "surrogates", "3. Virtual tests and surrogates"
+HEADING = TITLE
+LINKS = {"surrogates": "3. Tests and surrogates", "grains": "Look at the grains"}
+#: A cross-validation error beyond this multiple of the noise means that the surrogate misses something.
+POOR_SCORE = 3.0
+
+
+def response_title(words: str, paper_figure: str | None) -> str:
+    """Title of a response's figure, with the number that it has in the paper."""
+    return f"{paper_figure}: {words}" if paper_figure else words.capitalize()
+
+
+FIGURES = {
+    **{name: entry for experiment in EXPERIMENTS for name, entry in experiment.FIGURES.items()},
+    **{response.name: Entry(response_title(response.words, figure), friction_grid=True) for response, figure in measured().items()},
+    "surfaces": Entry(
+        "Response surfaces",
+        view="surfaces",
+        hint="Choose response, surrogate and radius; the paper's own surrogate is among them.",
+        friction_grid=True,
+    ),
+    "radius_sweep": Entry("Radius sweep", friction_grid=True),
+    "residuals": Entry("Errors at left-out points", friction_grid=True),
+}
+TABLES = {
+    "equation": "Equation 3: coefficients",
+    "quality": "Errors of the surrogates",
+    "sensitivity": "Sobol indices",
+}
+
+
+def figures(study: Study) -> dict[str, Item]:
+    """Figures of every experiment, of every response, and of all responses together."""
+    items = {name: item for experiment in EXPERIMENTS for name, item in experiment.figures(study).items()}
+    return items | (response_figures(study) if has_friction_grid(study.config) else {})
+
+
+def tables(study: Study) -> dict[str, pd.DataFrame]:
+    """Coefficients, errors and Sobol indices."""
+    return {
+        "equation": equation_table(study.models["quadratic"]),
+        "quality": quality_table({kind: study.models[kind] for kind in ("quadratic", "gaussian_process")}),
+        "sensitivity": sensitivity_table(study.tables["sensitivity"]),
+    }
+
+
+def words(study: Study) -> dict:
+    """Figures in their order, and the limits of the surrogates."""
+    return {
+        "experiments": EXPERIMENTS,
+        "specimens": " or ".join(experiment.SPECIMEN for experiment in EXPERIMENTS),
+        "since": ", or ".join(experiment.DISPLACED_SINCE for experiment in EXPERIMENTS),
+        "responses": [response.name for response in measured()],
+        "remarks": [*experiments.remarks(NAME, study), *fit_remarks(study.models["chosen"])],
+    }
+
+
+def response_figures(study: Study) -> dict[str, Item]:
+    """Responses over the friction grid and the radius sweep, and their errors."""
+    known = {name: known_points(study.tables, response) for name, response in RESPONSES.items()}
+    grids, sweeps = (
+        {name: table[table["purposes"].str.contains(purpose)] for name, table in known.items()} for purpose in ("grid", "sweep")
+    )
+    chosen, radius_m = study.models["chosen"], study.config["material"]["radius_m"]
+    names = enumerated([response.words for response in RESPONSES.values()])
+    return {
+        **{response.name: response_figure(study, response.name, grids[response.name]) for response in measured()},
+        "surfaces": Item(
+            response_plots.surfaces(grids, chosen, radius_m),
+            pd.concat(list(grids.values())),
+            f"{names} as surfaces over static and rolling friction".capitalize(),
+        ),
+        "radius_sweep": Item(
+            response_plots.radius_sweep(sweeps, study.models["quadratic"]),
+            pd.concat(list(sweeps.values())),
+            f"{names} over the radius".capitalize(),
+        ),
+        "residuals": Item(
+            response_plots.residual_map(study.residuals, radius_m),
+            study.residuals,
+            "Errors of both surrogates at left-out points of the friction grid",
+        ),
+    }
+
+
+def response_figure(study: Study, name: str, grid: pd.DataFrame) -> Item:
+    """A response over the friction grid, with the paper's surrogate if the paper shows it."""
+    response, radius_m = RESPONSES[name], study.config["material"]["radius_m"]
+    fits = {"chosen": study.models["chosen"][name], "polynomial": study.models["quadratic"][name]}
+    printed = published().get(name) if measured()[response] else None
+    return Item(
+        response_plots.response_lines(grid, response, fits, radius_m, printed),
+        grid,
+        f"{response.words} over static friction, a line for each rolling friction",
+    )
+
+
+def equation_table(surrogates: Mapping) -> pd.DataFrame:
+    """Coefficients of f and g, ours beside the printed ones, in Pa and degrees."""
+    printed, rows = published(), []
+    for name, surrogate in surrogates.items():
+        rows += [(spoken(name), *row) for row in f_rows(surrogate, printed.get(name))]
+        rows += [(spoken(name), *row) for row in g_rows(surrogate, printed.get(name))]
+    return pd.DataFrame(rows, columns=["response", "term", "ours", "paper's"])
+
+
+def f_rows(surrogate, printed) -> list[tuple[str, str, str]]:
+    """Coefficients of f."""
+    theirs = {}
+    if printed and surrogate.grid_variables == printed.grid_variables:
+        theirs = dict(zip(printed.powers, printed.coefficients, strict=True))
+    return [
+        (f"f: {monomial(surrogate.grid_variables, powers)}", number(value, 2), number(theirs.get(tuple(powers)), 2))
+        for powers, value in zip(surrogate.powers, surrogate.coefficients, strict=True)
+    ]
+
+
+def monomial(names, powers) -> str:
+    """A monomial for a table."""
+    parts = [symbol(name) + ("²" if power == 2 else "") for name, power in zip(names, powers, strict=True) if power]
+    return "·".join(parts) or "1"
+
+
+def g_rows(surrogate, printed) -> list[tuple[str, str, str]]:
+    """Coefficients of g."""
+    rows = []
+    for variable, factor in surrogate.g.items():
+        theirs = printed.g.get(variable) if printed else None
+        comparable = theirs is not None and theirs.form == factor.form
+        terms = ("1", "x", "x²") if factor.form == "quadratic" else ("−ln x",)
+        reference = f"x = {variable.removesuffix('_m')}/{factor.reference:g}"
+        for k, term in enumerate(terms):
+            other = theirs.coefficients[k] if comparable else None
+            rows.append((f"g: {term}, {reference}", number(factor.coefficients[k], 3), number(other, 3)))
+    return rows
+
+
+def quality_table(models: Mapping[str, Mapping]) -> pd.DataFrame:
+    """Errors of both kinds of surrogate: {kind: {response: model}}."""
+    rows = [quality_row(kind, model) for kind, surrogates in models.items() for model in surrogates.values()]
+    return pd.DataFrame(rows).sort_values("response", kind="stable", ignore_index=True)
+
+
+def quality_row(kind: str, model) -> dict[str, str]:
+    """Errors of a surrogate."""
+    return {
+        "response": spoken(model.response),
+        "surrogate": spoken(kind),
+        "points": model.n_points,
+        "R² of f": number(getattr(model, "r_squared", None), 3),
+        "error, left out": f"{number(model.cv_rmse, 2)} {model.unit}",
+        "in units of the noise": number(model.cv_score, 2),
+        "in units of its own error": number(getattr(model, "cv_calibration", None), 2),
+    }
+
+
+def sensitivity_table(table: pd.DataFrame) -> pd.DataFrame:
+    """Sobol indices."""
+    return pd.DataFrame(
+        {
+            "response": table["response"].map(spoken),
+            "variable": table["variable"].map(symbol),
+            "alone": [with_error(v, e, 2) for v, e in zip(table["first_order"], table["first_order_ci95"], strict=True)],
+            "alone and with others": [with_error(v, e, 2) for v, e in zip(table["total"], table["total_ci95"], strict=True)],
+            "response's spread over the design": [number(v) for v in table["response_sd"]],
+        }
+    )
+
+
+def fit_remarks(chosen: Mapping) -> list[str]:
+    """The surrogates that the optimiser uses, and those with large errors."""
+    used = "; ".join(f"{spoken(name)}: {spoken(model.model)}" for name, model in chosen.items())
+    poor = {name: model.cv_score for name, model in chosen.items() if model.cv_score > POOR_SCORE}
+    return [
+        f"The optimiser uses, for {used}.",
+        *(
+            f"The surrogate of the {spoken(name)} misses left-out points by {score:.1f} times their noise."
+            for name, score in poor.items()
+        ),
+    ]

@@ -1,0 +1,127 @@
+"""The uncertainty: parameters that are consistent with the targets, directions that the tests determine, and coverage."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.report.items import Entry, Item
+from virtual_soil.report.plots import COLOURS, canvas
+from virtual_soil.report.quantities import VARIABLES, axis_label, combination, header
+from virtual_soil.report.study import Study, has_friction_grid
+from virtual_soil.report.text import number, spoken
+
+NAME, TITLE, HEADING = "uncertainty", "5. Uncertainty", "5. How sure is it"
+LINKS = {"uncertainty": "5. How sure"}
+FIGURES = {
+    "iso": Entry("Curves of equal response", view="iso", hint="Choose the case and go through the radii.", friction_grid=True)
+}
+TABLES = {"identifiability": "Determined combinations"}
+
+#: Half width of the band around a target, over the target, and its minimum in Pa or degrees.
+BAND, MIN_BAND = 0.05, 1.0
+#: Points of the plotted fields along static and rolling friction.
+N_POINTS = 90
+
+
+def figures(study: Study) -> dict[str, Item]:
+    """Curves of equal response."""
+    return {"iso": iso_figure(study)} if has_friction_grid(study.config) else {}
+
+
+def tables(study: Study) -> dict[str, pd.DataFrame]:
+    """Determined combinations of the variables."""
+    return {"identifiability": identifiability_table(study.tables["identifiability"])}
+
+
+def words(study: Study) -> dict:
+    """Coverage of the stated regions, and hidden soils found again."""
+    return {"coverage": coverage_sentence(study.tables["coverage"]), "twins": twin_table(study.twins)}
+
+
+def iso_figure(study: Study) -> Item:
+    """Curves of equal response through the targets."""
+    tables = study.tables
+    sets = {"posterior": tables["posterior"], "equivalent": tables["equivalents"], "optimum": tables["calibration"]}
+    return Item(
+        iso_responses(tables["calibration"], tables["posterior"], tables["equivalents"], study.models["chosen"]),
+        pd.concat([table.assign(kind=kind) for kind, table in sets.items()]),
+        "Curves of equal response through the targets, with the parameters that are consistent with them",
+    )
+
+
+def iso_responses(calibration: pd.DataFrame, posterior: pd.DataFrame, equivalents: pd.DataFrame, surrogates: Mapping) -> Figure:
+    """For every case: curves of equal response through its targets in the friction plane, posterior, equivalents and optimum."""
+    ours = calibration[calibration["surrogate"] == "ours"]
+    figure, panels = canvas(len(ours), width=max(5.0 * len(ours), 8.0), height=4.4)
+    for axes, (_, optimum) in zip(panels, ours.iterrows(), strict=False):
+        own, sets = (table[table["case"] == optimum["case"]] for table in (posterior, equivalents))
+        axes.plot(own["static_friction"], own["rolling_friction"], ".", color="0.7", markersize=2.5, zorder=0)
+        for colour, (name, surrogate) in zip(COLOURS, surrogates.items(), strict=False):
+            draw_iso_response(axes, name, surrogate, optimum, colour)
+        axes.plot(sets["static_friction"], sets["rolling_friction"], "o", color="0.2", markerfacecolor="none", markersize=4)
+        axes.plot(optimum["static_friction"], optimum["rolling_friction"], "*", color="black", markersize=13)
+        axes.set_title(f"{spoken(optimum['case'])}, r = {1e6 * optimum['radius_m']:.0f} µm", fontsize="medium")
+        axes.set_xlabel(axis_label("static_friction"))
+        axes.legend(fontsize="x-small", loc="upper right")
+    panels[0].set_ylabel(axis_label("rolling_friction"))
+    return figure
+
+
+def draw_iso_response(axes, name: str, surrogate, optimum: Mapping, colour: str) -> None:
+    """The curve on which a response has its target at the optimum's radius, and a band around it."""
+    s, r = np.meshgrid(*(np.linspace(*surrogate.ranges[v], N_POINTS) for v in ("static_friction", "rolling_friction")))
+    values = {"static_friction": s, "rolling_friction": r, "radius_m": np.full_like(s, optimum["radius_m"])}
+    response, field = RESPONSES[name], surrogate.predict(values)
+    target = optimum[f"target_{response.column}"]
+    reached = field.min() <= target <= field.max()
+    axes.plot([], [], color=colour, label=f"{response.words} {response.symbol} = {target:g}" + ("" if reached else ": nowhere"))
+    if reached:
+        axes.contour(s, r, field, levels=[target], colors=colour)
+        band = max(BAND * abs(target), MIN_BAND)
+        axes.contourf(s, r, field, levels=[target - band, target + band], colors=colour, alpha=0.15)
+
+
+def identifiability_table(table: pd.DataFrame) -> pd.DataFrame:
+    """Combinations of the variables, and whether the tests determine them."""
+    return pd.DataFrame(
+        {
+            "case": table["case"],
+            "combination": [combination(row) for _, row in table.iterrows()],
+            "singular value": [f"{v:.2g}" for v in table["singular_value"]],
+            "standard deviation (extents)": [f"{v:.2g}" for v in table["standard_deviation"]],
+            "determined": np.where(table["determined"], "yes", "no"),
+        }
+    )
+
+
+def coverage_sentence(coverage: pd.DataFrame) -> str:
+    """Share of the points whose region holds the true parameters."""
+    n, held = len(coverage), int(coverage["inside_95"].sum())
+    return (
+        "Every simulated point, taken as an unknown soil and calibrated without its own simulations: the 95 % region holds the "
+        f"true parameters of {held} of {n} ({held / n:.0%})."
+    )
+
+
+def twin_table(twins: pd.DataFrame | None) -> pd.DataFrame | None:
+    """Hidden soils found again; None if there are none."""
+    if twins is None or twins.empty:
+        return None
+    return pd.DataFrame([twin_row(row) for _, row in twins.iterrows()])
+
+
+def twin_row(row: Mapping) -> dict[str, str]:
+    """True and estimated value of one variable of a hidden soil."""
+    variable = VARIABLES[row["variable"]]
+    truth, optimum, low, high = (number(row[name], 3, variable.scale) for name in ("truth", "optimum", "low_95", "high_95"))
+    return {
+        "twin": row["twin"],
+        "variable": header(variable),
+        "truth": truth,
+        "optimum": optimum,
+        "95 % interval": f"{low} to {high}",
+        "truth inside the 95 % region": "yes" if row["inside_95"] else "no",
+    }

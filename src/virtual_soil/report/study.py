@@ -1,0 +1,60 @@
+"""The finished study that the report is about, and how sections find the points in it that they show."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import pandas as pd
+
+from virtual_soil.calibration.response import Response
+
+#: Columns of a table of grains.
+GRAIN_COLUMNS = ["x_m", "y_m", "z_m", "radius_m", "speed_m_s"]
+
+
+@dataclass(frozen=True)
+class Study:
+    """All that the report reads.
+
+    tables: the campaign's tables by name. every: the experiments' tables of campaign, refinement and verification together.
+    states: simulation -> grains before and after. histories: simulation -> its curve. frames: grains during the recorded lift.
+    """
+
+    config: dict
+    tables: dict[str, pd.DataFrame]
+    every: dict[str, pd.DataFrame]
+    models: dict[str, dict]
+    rounds: list[pd.DataFrame]
+    residuals: pd.DataFrame
+    twins: pd.DataFrame | None
+    states: dict[str, tuple[pd.DataFrame, pd.DataFrame]]
+    histories: dict[str, pd.DataFrame]
+    frames: pd.DataFrame
+    engine: str
+
+
+def has_friction_grid(config: dict) -> bool:
+    """True if the design's grid is static and rolling friction, as response surfaces require."""
+    return set(config["design"]["grid"]) == {"static_friction", "rolling_friction"}
+
+
+def base_point(table: pd.DataFrame, config: dict) -> pd.DataFrame:
+    """Rows of the grid point nearest to the base couple, at the base radius and campaign fidelity."""
+    grid = table[table["purposes"].str.contains("grid") & (table["fidelity"] == "campaign")]
+    distance = sum((grid[name] - config["material"][name]).abs() for name in config["design"]["grid"])
+    return grid[grid["point_id"] == grid.loc[distance.idxmin(), "point_id"]]
+
+
+def couple(row: Mapping) -> str:
+    """Static and rolling friction of a point in words."""
+    return f"µs {row['static_friction']:g}, µr {row['rolling_friction']:g}"
+
+
+def known_points(tables: Mapping[str, pd.DataFrame], response: Response) -> pd.DataFrame:
+    """Rows of the campaign's fidelity in which a response was measured."""
+    source = tables[response.table]
+    return source[(source["fidelity"] == "campaign") & source[response.column].notna()]
+
+
+def before_and_after(before: pd.DataFrame, after: pd.DataFrame) -> pd.DataFrame:
+    """Grains before and after in one table."""
+    return pd.concat([state[GRAIN_COLUMNS].assign(moment=name) for name, state in (("before", before), ("after", after))])
