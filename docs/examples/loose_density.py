@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from dem import Box, Factory, Simulation, SimulationError, Tube, TubeRegion
+from dem import Box, Factory, Grains, Simulation, SimulationError, Tube, TubeRegion
 from dem.experiments.soil import Engine, Soil
 
 #: The column counts as settled at this kinetic energy (`Simulation.is_static`), or after so many free-fall times.
@@ -34,12 +34,13 @@ class Setup:
 
 @dataclass(frozen=True)
 class Density:
-    """What the test leaves: solid fraction of the core and bulk density, steps, largest overlap over the radius at rest."""
+    """Result of the test: solid fraction of the core, bulk density, steps, largest overlap over the radius, grains at rest."""
 
     solid_fraction: float
     bulk_density_kg_m3: float
     n_steps: int
     overlap_ratio: float
+    grains: Grains
 
 
 def run(soil: Soil, setup: Setup, engine: Engine, seed: int, each: Callable[[Simulation, str], None] | None = None) -> Density:
@@ -75,7 +76,8 @@ def run(soil: Soil, setup: Setup, engine: Engine, seed: int, each: Callable[[Sim
         each=None if each is None else lambda s: each(s, "fill"),
     )
     solid = core_solid_fraction(simulation.grains, tube_radius, MARGIN_RADII * soil.radius_m)
-    return Density(solid, solid * soil.density_kg_m3, simulation.n_steps, simulation.largest_overlap_ratio())
+    overlap = simulation.largest_overlap_ratio()
+    return Density(solid, solid * soil.density_kg_m3, simulation.n_steps, overlap, simulation.grains)
 
 
 def core_solid_fraction(grains, tube_radius_m: float, margin_m: float) -> float:

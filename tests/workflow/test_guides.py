@@ -1,20 +1,15 @@
 """What the guides print is true: studies are valid, the soil is understood, targets of make and linked files exist."""
 
-import importlib.util
-import json
 import re
 import shutil
-import sys
 from textwrap import dedent
-from types import SimpleNamespace
 
 import pytest
 import yaml
-from campaign import copy_project, snakemake
 from snakemake.utils import update_config
 
 from virtual_soil.campaign.soils import measure_soil
-from virtual_soil.campaign.study import ROOT, check_config, design_rows, experiment_settings
+from virtual_soil.campaign.study import ROOT, check_config, design_rows
 
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "config").glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 GUIDES = [path for path in PAGES if path.parent.name == "guides"]
@@ -71,43 +66,3 @@ def printed(page, beginning):
     """The block of a guide that begins so."""
     (block,) = [block for block in blocks(ROOT / "docs/guides" / page) if block.startswith(beginning)]
     return block + "\n"
-
-
-def test_the_printed_experiment_is_planned(tmp_path):
-    project = copy_project(tmp_path)
-    (project / "src").unlink()
-    shutil.copytree(ROOT / "src", project / "src")
-    shutil.copy(ROOT / "docs/examples/loose_density.py", project / "src/dem/experiments")
-    (project / "workflow/rules/density.smk").write_text(printed("add-an-experiment.md", "# Loose bulk density"))
-    (project / "workflow/scripts/simulate_density.py").write_text(
-        printed("add-an-experiment.md", '"""Adapt rule `simulate_density`')
-    )
-    with open(project / "Snakefile", "a") as file:
-        file.write('include: "workflow/rules/density.smk"\n')
-    planned = snakemake(project, "-n", "densities")
-    assert planned.returncode == 0, planned.stderr
-    assert re.search(r"^simulate_density +[1-9]", planned.stdout, flags=re.MULTILINE)
-
-
-def test_the_printed_experiment_gives_a_result_or_a_reason(tmp_path, monkeypatch):
-    spec = importlib.util.spec_from_file_location("dem.experiments.loose_density", ROOT / "docs/examples/loose_density.py")
-    experiment = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, spec.name, experiment)
-    monkeypatch.setattr("dem.experiments.loose_density", experiment, raising=False)
-    spec.loader.exec_module(experiment)
-    script = tmp_path / "simulate_density.py"
-    script.write_text(printed("add-an-experiment.md", '"""Adapt rule'))
-    spec = importlib.util.spec_from_file_location("simulate_density", script)
-    adapter = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(adapter)
-    config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
-    row = next(row for row in design_rows(config) if row["experiment"] == "repose")
-    output = SimpleNamespace(run=tmp_path / "run.json")
-    adapter.main(row, experiment_settings(config, row), "engine", output)
-    assert 0.4 < json.loads(output.run.read_text())["solid_fraction"] < 0.66
-    small = experiment.Setup(n_particles=10, tube_radius_ratio=12.0, scale_radius_m=row["radius_m"])
-    monkeypatch.setattr(experiment, "Setup", lambda **_: small)
-    adapter.main(row, experiment_settings(config, row), "engine", output)
-    found = json.loads(output.run.read_text())
-    assert "there is no core" in found["reason"]
-    assert list(found["provenance"]["simulations"]) == [row["simulation_id"]]

@@ -47,7 +47,7 @@ def empty_grains() -> dict[str, np.ndarray]:
 
 def of_simulation(simulation: str, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """The columns, and before them the id of the simulation in each row."""
-    return {"simulation": np.full(len(next(iter(columns.values()))), simulation, dtype="U10"), **columns}
+    return {"simulation": np.full(len(next(iter(columns.values()), ())), simulation, dtype="U10"), **columns}
 
 
 def empty_columns(names) -> dict[str, np.ndarray]:

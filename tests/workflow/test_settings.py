@@ -1,0 +1,139 @@
+"""A setting stands once, and every setting has an effect."""
+
+import copy
+import json
+from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+import yaml
+from snakemake.api import SnakemakeApi
+from snakemake.settings.types import ConfigSettings, ResourceSettings
+
+from virtual_soil.campaign import generate, settings
+from virtual_soil.campaign.experiments import MODULES, module_of
+from virtual_soil.campaign.experiments.registry import EXPERIMENTS, REDUCED
+from virtual_soil.campaign.sections import TERMS, Study
+from virtual_soil.campaign.study import ROOT, StudyError, check_config, check_files, design_rows, experiment_settings, simulations
+
+#: A point within the design.
+MIDDLE = {"radius_m": 50e-6, "static_friction": 0.3, "rolling_friction": 0.1}
+#: Another valid value of what can be changed neither by a factor nor in an obvious other way.
+OTHERS = {
+    "study": "another",
+    "design.variables": None,  # follows grid and sweep, which are changed themselves
+    "soils": ["silica_barco_sand"],
+    "optimise.cases": [{"case": "a", "soil": "lunar_regolith", "weights": dict.fromkeys(TERMS, 1.0)}],
+    "twins": {"t": {**MIDDLE, "repose_seeds": [9], "shear_seeds": [9]}},
+    "screening.response": None,  # a response of another experiment has no base runs in this study
+}
+
+
+@pytest.mark.parametrize("path", generate.FILES)
+def test_generated_files_are_those_of_the_settings(path):
+    """`make settings` writes them."""
+    assert (ROOT / path).read_text(encoding="utf-8") == generate.FILES[path](), f"{path} is not what its classes say: make settings"
+
+
+def test_the_default_configuration_is_the_classes_defaults():
+    assert yaml.safe_load((ROOT / "config/config.yaml").read_text()) == settings.defaults(Study)
+
+
+@pytest.mark.parametrize("experiment", EXPERIMENTS, ids=lambda experiment: experiment.NAME)
+def test_every_experiment_has_the_declared_names(experiment):
+    for part, names in MODULES.items():
+        if part == "laboratory" and experiment.LABORATORY is None:
+            continue
+        module = import_module(module_of(experiment.NAME, part))
+        assert not [name for name in names if not hasattr(module, name)], (experiment.NAME, part)
+
+
+def other(value, rules):
+    """Another value that the rules allow."""
+    if "enum" in rules:
+        return next((choice for choice in rules["enum"] if choice != value), None)
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, int):
+        return value + 1
+    if isinstance(value, float):
+        return 0.9 * value if value else 0.1
+    if value is None:
+        return 0.5
+    if isinstance(value, list) and value and isinstance(value[0], int | float):
+        return [*value, value[-1] + 1 if isinstance(value[-1], int) else 0.95 * value[-1]]
+    if isinstance(value, list):
+        return value[:1]
+    name = next(iter(value))
+    return {**value, name: other(value[name], {})}
+
+
+def changed(key):
+    """The default study with another value of one key, and whether there is one."""
+    config = settings.defaults(Study)
+    target, (*parents, last) = config, key.split(".")
+    for parent in parents:
+        target = target[parent]
+    kinds = {name: (field, kind) for name, field, kind in settings.leaves(Study)}
+    value = OTHERS[key] if key in OTHERS else other(target[last], settings.schema_of(*kinds[key]))
+    if value is None:
+        return None
+    target[last] = value
+    return config
+
+
+def identities(config):
+    """All that identifies the simulations of a study, as text."""
+    rows = simulations(config, design_rows(config))
+    return json.dumps([[row, experiment_settings(config, row)] for row in rows.values()], sort_keys=True)
+
+
+def parameters(config, monkeypatch):
+    """Outputs, parameters and resources of all rules of a study, as text."""
+    monkeypatch.chdir(ROOT)
+    with SnakemakeApi() as api:
+        workflow = api.workflow(
+            resource_settings=ResourceSettings(cores=1),
+            config_settings=ConfigSettings(config=copy.deepcopy(config)),
+            snakefile=Path("Snakefile"),
+        )._workflow
+        workflow.include(workflow.main_snakefile, overwrite_default_target=True)
+        tests = [SimpleNamespace(experiment=test.NAME, reduced=table, round="1", soil="", case="", stage="", batch="")
+                 for test in EXPERIMENTS for table in REDUCED]  # fmt: skip
+        return "\n".join(map(str, (of_rule(rule, tests) for rule in workflow.rules)))
+
+
+def of_rule(rule, tests):
+    found = [rule.name, list(map(str, rule.output)), {k: v for k, v in rule.resources.items() if not callable(v)}]
+    for name, value in rule.params.items():
+        if not callable(value):
+            found.append((name, value))
+        elif name == "settings":
+            found += [(name, value(wildcards)) for wildcards in tests if rule.name != "animate"]
+    return found
+
+
+KEYS = [name for name, *_ in settings.leaves(Study)]
+
+
+def test_every_setting_changes_a_simulation_or_a_rule(monkeypatch):
+    plain = settings.defaults(Study)
+    same_simulations, same_rules = identities(plain), parameters(plain, monkeypatch)
+    without_effect = []
+    for key in KEYS:
+        config = changed(key)
+        if config is None or key == "batch_minutes":  # shares simulations out among jobs: see test_batches
+            continue
+        check_config(config)
+        if identities(config) == same_simulations and parameters(config, monkeypatch) == same_rules:
+            without_effect.append(key)
+    assert without_effect == []
+
+
+@pytest.mark.parametrize("text", ["study: a\nstudy: b\n", "material:\n  radius_m: 1\n  radius_m: 2\n"])
+def test_a_key_that_is_given_twice_is_refused(text, tmp_path):
+    path = tmp_path / "study.yaml"
+    path.write_text(text)
+    with pytest.raises(StudyError, match=r"study.yaml: not a sound YAML file \(the key '\w+' is given twice, again in line \d\)"):
+        check_files([path])
