@@ -1,4 +1,4 @@
-"""What the inference refuses, and one way to say it."""
+"""The inference's error, and the form of its messages."""
 
 from virtual_soil.errors import InputError
 

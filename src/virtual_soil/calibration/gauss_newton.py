@@ -16,7 +16,7 @@ DIFFERENCE = 1e-6
 
 @dataclass(frozen=True)
 class Descent:
-    """Where it ended: x (n,), cost there, whether it converged, why it stopped, and the history of (x, cost, |dx|)."""
+    """Result of one run: final x (n,) and cost, True if converged, the reason why it stopped, the history of (x, cost, |dx|)."""
 
     x: np.ndarray
     cost: float

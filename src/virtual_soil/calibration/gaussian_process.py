@@ -104,7 +104,7 @@ class GaussianProcess:
         return (centre + scale * mean).reshape(shape), (scale * error).reshape(shape)
 
     def surrounds(self, values) -> bool:
-        """Whether a prediction at one point interpolates: whether the point lies in the hull of the process's points."""
+        """True if a prediction at one point interpolates: if the point lies in the hull of the process's points."""
         points = dict(zip(self.space.variables, np.array(self.points).T, strict=True))
         return inside_hull(self.space.unit(points), self.space.unit(values)[0])
 

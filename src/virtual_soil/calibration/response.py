@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class Response:
-    """What the inference has to know of a response.
+    """Description of a response, for the inference.
 
     Attributes
     ----------

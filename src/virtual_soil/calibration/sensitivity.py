@@ -1,4 +1,4 @@
-"""Which variables matter over the whole design: Sobol indices of the surrogates (Saltelli et al. 2010), by SALib.
+"""Sensitivity to the variables over the whole design: Sobol indices of the surrogates (Saltelli et al. 2010), by SALib.
 
 First order: the share of a response's variance that one variable explains alone; total: alone and together with others.
 """

@@ -61,7 +61,7 @@ class Space:
 
 
 def inside_hull(points: np.ndarray, x: np.ndarray) -> bool:
-    """Whether x (n,) is a convex combination of points (m, n): whether a prediction there interpolates."""
+    """True if x (n,) is a convex combination of points (m, n), so that a prediction there interpolates."""
     equations = np.vstack([np.asarray(points, float).T, np.ones(len(points))])
     found = linprog(np.zeros(len(points)), A_eq=equations, b_eq=np.append(x, 1.0), bounds=(0, None), method="highs")
     return bool(found.status == 0)

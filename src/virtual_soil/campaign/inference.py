@@ -1,4 +1,4 @@
-"""What several inference scripts share: surrogates, likelihoods and tables from a rule's input and parameters."""
+"""Surrogates, likelihoods and tables from a rule's input and parameters, for the inference scripts."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What belongs to the paper: Briend, Radziszewski, Pasini 2011, "Virtual soil calibration for wheel-soil interaction simulations".
+"""The paper: Briend, Radziszewski, Pasini 2011, "Virtual soil calibration for wheel-soil interaction simulations".
 
 The only part of the inference that names responses: the paper's three, their printed values and surrogates, its fourth objective.
 """
