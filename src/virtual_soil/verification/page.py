@@ -35,7 +35,7 @@ tangential law itself gives or takes, because its stiffness changes with the ove
 says otherwise G = 5e5 Pa and steps of 0.4 T_R. Means over seeds are compared; what should make no difference may differ by three
 standard errors. The figure shows what the protocol does besides: the lift's speed most, the packing some, the tube's friction
 hardly. Each of them is a recorded input of a study.""",
-    "peers": """The same heaps, shear tests and rolling contacts in LIGGGHTS 3.8.0 (`make verify-peers`). Its `epsd2` is our type C:
+    "peers": """The same heaps, shear tests and rolling contacts in LIGGGHTS 3.8.0 (`make check-peers`). Its `epsd2` is our type C:
 torque µr F_n R* on the relative rolling of two grains. EDEM's type A brakes each grain's own spin with µr F_n R: twice the
 torque for equal grains, and also where two grains turn as gears do. With equal definitions the programs agree within the seeds'
 scatter; with the same number in type A heaps are many degrees steeper.""",
@@ -52,7 +52,7 @@ HEAD = """# Verification of the engine
 
 Published and closed-form results beside what the engine makes of them. Every case runs through the public API of `dem`, as a
 user's simulation does. Tolerances are argued, not fitted: the error of the time step, rounding, the reading of a printed
-figure; the modules of `src/verification` state them. `make verify` runs all cases again and rewrites this page.
+figure; the modules of `src/virtual_soil/verification` state them. `make check-engine` runs all cases again and rewrites this page.
 """
 
 LIMITS = """## What is not validated
