@@ -46,7 +46,7 @@ def planned(results: Path) -> dict[str, dict]:
     rounds = sorted(results.glob("rounds/*/design.parquet"), key=lambda path: int(path.parent.name))
     steps = {"campaign": results / "design.parquet"}
     steps |= {f"round {path.parent.name}": path for path in rounds} | {"verification": results / "verification" / "design.parquet"}
-    rows = {}
+    rows: dict[str, dict] = {}
     for step, path in steps.items():
         if path.is_file():
             for row in read_rows(path, ["simulation_id", "experiment", "fidelity"]):
@@ -99,7 +99,7 @@ def logged_in(logs: Path, now: float) -> dict[str, dict]:
 def mark_outdated(rows: dict[str, dict]) -> None:
     """Give the results of another engine than the newest result's their state: they are of a campaign before this one."""
     made = [row for row in rows.values() if "engine" in row]
-    newest = max(made, key=lambda row: row["made"], default=None)
+    newest = max(made, key=lambda row: row["made"], default={})
     for row in made:
         if row["engine"] != newest["engine"]:
             row["state"] = "outdated"
@@ -115,7 +115,7 @@ def in_log(log: Path, lines: list[str], now: float) -> dict:
 
 def mean_times(rows: dict[str, dict]) -> dict[tuple, float]:
     """Mean wall time in s of the finished simulations, by experiment and fidelity, and by experiment alone."""
-    times = {}
+    times: dict[tuple, list[float]] = {}
     for row in rows.values():
         if row["state"] in ("done", "outdated"):
             for kind in ((row["experiment"], row["fidelity"]), (row["experiment"],)):
@@ -139,7 +139,7 @@ def work_left(rows: dict[str, dict]) -> tuple[float, int]:
 
 def model_errors(rows: dict[str, dict]) -> list[str]:
     """How far the cost model, by which batches are made and time is asked for, is from what finished simulations took."""
-    ratios = {}
+    ratios: dict[str, list[float]] = {}
     for row in rows.values():
         if row["state"] == "done" and row["wall_time_s"]:
             ratios.setdefault(row["experiment"], []).append(row["expected_s"] / row["wall_time_s"])

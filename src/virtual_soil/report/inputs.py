@@ -17,7 +17,7 @@ def read_study(files, config: dict) -> Study:
     every: dict[str, list[pd.DataFrame]] = {name: [tables[name]] for name in dict.fromkeys(Path(path).stem for path in files.later)}
     for path in files.later:
         every[Path(path).stem].append(read_table(path, Path(path).stem))
-    histories = {}
+    histories: dict[str, pd.DataFrame] = {}
     for path in files.histories:
         histories |= stored([path], f"{Path(path).parts[-3]}_history")
     return Study(

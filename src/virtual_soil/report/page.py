@@ -100,7 +100,8 @@ def views_of(study: Study) -> tuple[dict, dict, str]:
     rows = runs(study).drop_duplicates(["simulation_id", "point_id"])
     rows = views.labelled(rows, study.config["material"], study.tables["calibration"])
     tests, note = views.grain_view(rows, study.states, periods_m(study.config, rows))
-    flat, grains = {}, {"tests": tests, "specimens": specimens()}
+    flat: dict = {}
+    grains = {"tests": tests, "specimens": specimens()}
     for experiment in EXPERIMENTS:
         flat |= experiment.views(study, rows)
         grains |= experiment.packed_views(study)

@@ -62,7 +62,8 @@ def surfaces(points: Mapping[str, pd.DataFrame], surrogates: Mapping, radius_m: 
 def draw_surface(axes, table: pd.DataFrame, response: Response, surrogate, radius_m: float) -> None:
     """One response's surface and its simulated points."""
     static, rolling = "static_friction", "rolling_friction"
-    s, r = np.meshgrid(*(np.linspace(*surrogate.ranges[name], SURFACE_POINTS) for name in (static, rolling)))
+    ranges = [surrogate.ranges[name] for name in (static, rolling)]
+    s, r = np.meshgrid(*(np.linspace(low, high, SURFACE_POINTS) for low, high in ranges))
     field = surrogate.predict({static: s, rolling: r, "radius_m": np.full_like(s, radius_m)})
     axes.plot_surface(s, r, field, cmap="viridis", alpha=0.7, linewidth=0)
     axes.scatter(table[static], table[rolling], table[response.column], color="black", s=8, depthshade=False)

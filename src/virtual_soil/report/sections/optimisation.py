@@ -62,7 +62,8 @@ def optimisation_table(calibration: pd.DataFrame) -> pd.DataFrame:
     rows = [optimum_row(row) for _, row in calibration.iterrows()]
     rows += [printed_row(case, printed) for case, printed in paper.OPTIMA.items()]
     order = {case: k for k, case in enumerate(dict.fromkeys(calibration["case"]))}
-    columns = ["case", "source", *map(header, (*VARIABLES.values(), *RESPONSES.values())), "cost", "iterations", "Gauss–Newton"]
+    headers = [*map(header, VARIABLES.values()), *map(header, RESPONSES.values())]
+    columns = ["case", "source", *headers, "cost", "iterations", "Gauss–Newton"]
     return pd.DataFrame(sorted(rows, key=lambda row: order.get(row[0], len(order))), columns=columns)
 
 

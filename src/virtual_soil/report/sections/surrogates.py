@@ -145,7 +145,7 @@ def g_rows(surrogate, printed) -> list[tuple[str, str, str]]:
         terms = ("1", "x", "x²") if factor.form == "quadratic" else ("−ln x",)
         reference = f"x = {variable.removesuffix('_m')}/{factor.reference:g}"
         for k, term in enumerate(terms):
-            other = theirs.coefficients[k] if comparable else None
+            other = theirs.coefficients[k] if theirs is not None and comparable else None
             rows.append((f"g: {term}, {reference}", number(factor.coefficients[k], 3), number(other, 3)))
     return rows
 

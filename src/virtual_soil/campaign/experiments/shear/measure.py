@@ -19,8 +19,8 @@ def measured(run: dict, history: pd.DataFrame | None, settings: dict) -> dict:
     """
     if run["status"] == "failed" or history is None:
         return {**run, **dict.fromkeys((*STRENGTHS, "dilation_m"), math.nan)}
-    columns = (history[name].to_numpy() for name in ("displacement_m", "shear_stress_pa", "plane_normal_stress_pa"))
-    result = strength(*columns, PLATEAU_WINDOW)
+    displacement, shear, normal = (history[name] for name in ("displacement_m", "shear_stress_pa", "plane_normal_stress_pa"))
+    result = strength(displacement.to_numpy(), shear.to_numpy(), normal.to_numpy(), PLATEAU_WINDOW)
     dilation = history["lid_height_m"].iloc[-1] - history["lid_height_m"].iloc[0]
     return {**run, **{key: getattr(result, key) for key in STRENGTHS}, "dilation_m": dilation}
 
