@@ -72,7 +72,12 @@ def test_the_packages_pages_are_written_without_a_warning(tmp_path):
     command = recipe.splitlines()[-1].replace("build/api", str(tmp_path)).split()
     result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert (result.returncode, result.stderr) == (0, "")
-    for page in ("dem.html", "dem/experiments/angle_of_repose.html", "virtual_soil/calibration/optimise.html", "virtual_soil/exports.html"):
+    for page in (
+        "dem.html",
+        "dem/experiments/angle_of_repose.html",
+        "virtual_soil/calibration/optimise.html",
+        "virtual_soil/exports.html",
+    ):
         assert (tmp_path / page).is_file()
 
 

@@ -10,10 +10,11 @@ import yaml
 from snakemake.utils import update_config
 
 from virtual_soil.campaign import batches, simulate
+from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.cost import expected_s
 from virtual_soil.campaign.measure import measured_table
 from virtual_soil.campaign.simulate import empty_grains, one_row, run_batch
-from virtual_soil.campaign.study import ROOT, design_rows, experiment_settings, simulations
+from virtual_soil.campaign.study import design_rows, experiment_settings, simulations
 from virtual_soil.campaign.tables import TableError, folder_of, read_simulation, read_simulations, read_table, write_table
 
 

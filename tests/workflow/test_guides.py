@@ -8,8 +8,9 @@ import pytest
 import yaml
 from snakemake.utils import update_config
 
+from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.soils import measure_soil
-from virtual_soil.campaign.study import ROOT, check_config, design_rows
+from virtual_soil.campaign.study import check_config, design_rows
 
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "config").glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 GUIDES = [path for path in PAGES if path.parent.name == "guides"]

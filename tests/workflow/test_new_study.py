@@ -10,8 +10,9 @@ from snakemake.utils import update_config
 
 from virtual_soil.calibration.errors import CalibrationError
 from virtual_soil.campaign import new_study
+from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.soils import measure_soil
-from virtual_soil.campaign.study import ROOT, check_config
+from virtual_soil.campaign.study import check_config
 
 DEFAULT = (ROOT / "config" / "config.yaml").read_text()
 

@@ -13,8 +13,9 @@ from PIL import Image
 import grains_vtu
 from dem import Box, Grains, Tube
 from virtual_soil.campaign import recording
+from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.simulate import empty_grains, grain_table
-from virtual_soil.campaign.study import ROOT, base_simulation, design_rows, experiment_settings
+from virtual_soil.campaign.study import base_simulation, design_rows, experiment_settings
 from virtual_soil.campaign.tables import TableError, write_table
 from virtual_soil.report import film
 from virtual_soil.report.experiments import EXPERIMENTS

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import pandas as pd
 import pytest
 
+from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.experiments.registry import RESPONSES
-from virtual_soil.campaign.study import ROOT
 from virtual_soil.report.contents import FIGURES, TABLES
 from virtual_soil.report.experiments import EXPERIMENTS, measured
 from virtual_soil.report.sections import SECTIONS, soils

@@ -12,10 +12,11 @@ from snakemake.api import SnakemakeApi
 from snakemake.settings.types import ConfigSettings, ResourceSettings
 
 from virtual_soil.campaign import generate, settings
+from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.experiments import MODULES, module_of
 from virtual_soil.campaign.experiments.registry import EXPERIMENTS, REDUCED
 from virtual_soil.campaign.sections import TERMS, Study
-from virtual_soil.campaign.study import ROOT, StudyError, check_config, check_files, design_rows, experiment_settings, simulations
+from virtual_soil.campaign.study import StudyError, check_config, check_files, design_rows, experiment_settings, simulations
 
 #: A point within the design.
 MIDDLE = {"radius_m": 50e-6, "static_friction": 0.3, "rolling_friction": 0.1}
@@ -23,7 +24,7 @@ MIDDLE = {"radius_m": 50e-6, "static_friction": 0.3, "rolling_friction": 0.1}
 OTHERS = {
     "study": "another",
     "design.variables": None,  # follows grid and sweep, which are changed themselves
-    "soils": ["silica_barco_sand"],
+    "soils": ["lunar_regolith", "silica_barco_sand"],
     "optimise.cases": [{"case": "a", "soil": "lunar_regolith", "weights": dict.fromkeys(TERMS, 1.0)}],
     "twins": {"t": {**MIDDLE, "repose_seeds": [9], "shear_seeds": [9]}},
     "screening.response": None,  # a response of another experiment has no base runs in this study
@@ -58,7 +59,7 @@ def other(value, rules):
     if isinstance(value, int):
         return value + 1
     if isinstance(value, float):
-        return 0.9 * value if value else 0.1
+        return value * (1.05 if value >= 1.0 else 0.95) if value else 0.1
     if value is None:
         return 0.5
     if isinstance(value, list) and value and isinstance(value[0], int | float):
@@ -90,7 +91,7 @@ def identities(config):
 
 
 def parameters(config, monkeypatch):
-    """Outputs, parameters and resources of all rules of a study, as text."""
+    """Files, parameters and resources of all rules of a study, as text."""
     monkeypatch.chdir(ROOT)
     with SnakemakeApi() as api:
         workflow = api.workflow(
@@ -98,15 +99,27 @@ def parameters(config, monkeypatch):
             config_settings=ConfigSettings(config=copy.deepcopy(config)),
             snakefile=Path("Snakefile"),
         )._workflow
-        workflow.include(workflow.main_snakefile, overwrite_default_target=True)
         tests = [SimpleNamespace(experiment=test.NAME, reduced=table, round="1", soil="", case="", stage="", batch="")
                  for test in EXPERIMENTS for table in REDUCED]  # fmt: skip
         return "\n".join(map(str, (of_rule(rule, tests) for rule in workflow.rules)))
 
 
+#: Parameters that hand over sections whole, whether they are used or not: they prove nothing.
+WHOLE = {
+    ("report", "config"),
+    ("export", "config"),
+    ("refinement_design", "study"),
+    ("verification_design", "study"),
+    ("compile_kernels", "settings"),
+}
+
+
 def of_rule(rule, tests):
-    found = [rule.name, list(map(str, rule.output)), {k: v for k, v in rule.resources.items() if not callable(v)}]
+    files = [str(path) for path in (*rule.input, *rule.output) if not callable(path)]
+    found = [rule.name, files, {k: v for k, v in rule.resources.items() if not callable(v)}]
     for name, value in rule.params.items():
+        if (rule.name, name) in WHOLE:
+            continue
         if not callable(value):
             found.append((name, value))
         elif name == "settings":

@@ -7,11 +7,12 @@ from importlib import import_module
 import pytest
 import yaml
 
+from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.design import make_row
 from virtual_soil.campaign.experiments import module_of
 from virtual_soil.campaign.experiments.common import engine_of, soil_of
 from virtual_soil.campaign.experiments.registry import BY_NAME
-from virtual_soil.campaign.study import ROOT, design_rows, experiment_settings, simulations
+from virtual_soil.campaign.study import design_rows, experiment_settings, simulations
 
 CONFIG = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
 SLIDING = {"static_friction": 0.1, "rolling_friction": 0.3}

@@ -3,8 +3,9 @@
 import pytest
 import yaml
 
+from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.experiments.repose.declared import softening
-from virtual_soil.campaign.study import ROOT, StudyError, design_rows
+from virtual_soil.campaign.study import StudyError, design_rows
 
 
 @pytest.mark.parametrize(("reduction", "grown", "expected"), [(100.0, 1.0, 100.0), (100.0, 10.0, 10.0), (5.0, 10.0, 1.0)])
