@@ -59,6 +59,13 @@ def campaign(folder, experiment, n):
     return SimpleNamespace(**found, results=large, design=folder / "design.parquet")
 
 
+def measure(experiment, files, folder):
+    """As rule `measure`; its tables are gone when it returns, before the pool that holds them."""
+    design = read_table(files.design, "design")
+    table = measured_table(experiment, design, files.runs, files.results, files.timings, {"estimator": "profile"})
+    write_table(table, folder / "table.parquet", experiment, {})
+
+
 def peak_bytes(experiment, folder, n):
     """The most memory that is held at once while n simulations are measured: of Arrow's pool and of Python's own."""
     files = campaign(folder, experiment, n)
@@ -66,9 +73,7 @@ def peak_bytes(experiment, folder, n):
     pa.set_memory_pool(pool)
     tracemalloc.start()
     try:
-        design = read_table(files.design, "design")
-        table = measured_table(experiment, design, files.runs, files.results, files.timings, {"estimator": "profile"})
-        write_table(table, folder / "table.parquet", experiment, {})
+        measure(experiment, files, folder)
         return pool.max_memory() + tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
