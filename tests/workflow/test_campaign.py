@@ -187,7 +187,8 @@ def test_a_change_in_a_module_reruns_the_rules_that_import_it_and_a_comment_reru
         if "all" in rules:
             assert set(jobs) == rules, module
         else:
-            assert "measure_repose" not in jobs, module
+            # the heaps of later stages, whose points follow from a new fit
+            assert jobs.get("measure_repose", 0) < jobs["measure_shear"], module
 
 
 def test_a_change_in_one_tests_simulation_leaves_the_others_alone(project):
