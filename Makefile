@@ -8,7 +8,7 @@ REFERENCE := soil repose shear strength screening reachability calibration itera
 	identifiability verification sensitivity coverage
 
 # what `make docs` describes
-API := dem dem.experiments dem.measure dem.contact dem.energy calibration exports
+API := dem dem.experiments dem.measure dem.contact dem.ledger calibration exports
 
 .DEFAULT_GOAL := campaign
 

@@ -13,10 +13,12 @@ import time
 import numpy as np
 from engine import QUICK_G, STATES, base_set, prepare
 
-from dem import loop, neighbours, slabs, vectors, walls
+from dem import walls
 from dem.jit import jit
 from dem.layout import BLOCK, GrainArrays, aligned_zeros
-from dem.motion import carry_glued
+from dem.lists import blocks, grid, surfaces
+from dem.step import loop, schedule, vectors
+from dem.step.motion import carry_glued
 
 REPEATS, WINDOWS, STEPS = 300, 7, 4000
 
@@ -35,7 +37,7 @@ def contact(n, grains, contacts, buffer, constants):
     for _ in range(n):
         for k0 in range(0, contacts.count[0] - BLOCK + 1, BLOCK):
             vectors.gather_pairs(grains, contacts.first[k0 : k0 + BLOCK], contacts.second[k0 : k0 + BLOCK], BLOCK, buffer, None)
-            slabs.contact_loads(BLOCK, k0, buffer, contacts, constants, None)
+            schedule.contact_loads(BLOCK, k0, buffer, contacts, constants, None)
 
 
 @jit
@@ -50,10 +52,10 @@ def scatter(n, loads, contacts, buffer):
 def wall(n, grains, loads, wall_arrays, contacts, buffer, constants, options, dt, glued, carrier):
     """Wall contacts and the walls' motion n times."""
     n_walls = wall_arrays.kind.shape[0]
-    wall_steps = slabs.WallSteps(np.empty((1, n_walls, 7)), np.zeros((1, n_walls, 3)), np.empty((1, 4 * BLOCK)))
+    wall_steps = schedule.WallSteps(np.empty((1, n_walls, 7)), np.zeros((1, n_walls, 3)), np.empty((1, 4 * BLOCK)))
     for _ in range(n):
         walls.later(wall_arrays, dt, wall_steps.geometry)
-        slabs.wall_forces(
+        schedule.wall_forces(
             0, 0, grains, loads, wall_arrays, contacts, wall_steps, buffer, wall_steps.places[0], constants, options, None
         )
         loop.sum_wall_forces(wall_arrays, wall_steps.force, 1)
@@ -72,8 +74,8 @@ def integrate(n, grains, loads, which, gravity, dt, zero):
 def prune(n, grains, period, frequency, outer, reach, contacts, pair_table, n_materials, material):
     """Save and prune n times."""
     for _ in range(n):
-        slabs.save(contacts, outer.history)
-        slabs.prune(grains, period, frequency, False, outer, reach, contacts, pair_table, n_materials, material)
+        schedule.save(contacts, outer.history)
+        schedule.prune(grains, period, frequency, False, outer, reach, contacts, pair_table, n_materials, material)
 
 
 @jit
@@ -125,12 +127,12 @@ def profile(s) -> dict[str, float]:
     step_us, rebuilds, prunings = counted_steps(s)
     fastest = float(np.linalg.norm(s.grains.velocities_m_s, axis=1).max())
     reach, wall_reach = loop.reaches(fastest * s.time_step_s, 0.0, s._skin)
-    frequency, n_materials, dt = neighbours.frequencies(s._period), len(s.materials), s.time_step_s
+    frequency, n_materials, dt = grid.frequencies(s._period), len(s.materials), s.time_step_s
     constants = s._constants
     lists = (s._pair_table, n_materials, s._material)
-    neighbours.common_constants(s._grains, s._contacts, *lists)
-    slabs.prune(s._grains, s._period, frequency, False, s._pairs, reach, s._contacts, *lists)
-    neighbours.prune_walls(s._grains, s._walls, s._wall_pairs, np.empty(0, np.int32), wall_reach, s._wall_contacts, *lists)
+    blocks.common_constants(s._grains, s._contacts, *lists)
+    schedule.prune(s._grains, s._period, frequency, False, s._pairs, reach, s._contacts, *lists)
+    surfaces.prune_walls(s._grains, s._walls, s._wall_pairs, np.empty(0, np.int32), wall_reach, s._wall_contacts, *lists)
     *grains, loads = (copied(values, quarter) for quarter, values in enumerate((*s._grains, s._loads)))
     grains, buffer = GrainArrays(*grains), s._buffers[0]
     on_walls = (s._walls, s._wall_contacts, buffer, constants, s._options)

@@ -129,7 +129,8 @@ def empty(folder: Path) -> None:
 
 def main(precision: str, parallel: str, energy_ledger: str) -> None:
     """Compile one variant by running two grains for a moment."""
-    from dem import Box, Interaction, Material, Simulation, compiled, loop
+    from dem import Box, Interaction, Material, Simulation, compiled
+    from dem.step import loop
 
     compiled.compiles_here = True
     touch = Interaction(restitution=0.5, static_friction=0.3, rolling_friction=0.1)

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from dem.contact import hertz, mindlin
+from dem.contact.laws import hertz, mindlin
 from dem.html import Rich
 
 

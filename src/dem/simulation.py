@@ -10,7 +10,7 @@ from typing import cast
 
 import numpy as np
 
-from dem import compiled, energy, loop, motion
+from dem import compiled, ledger
 from dem.factory import Factory
 from dem.html import Rich, table
 from dem.jit import MAX_THREADS, set_num_threads
@@ -30,9 +30,14 @@ from dem.layout import (
     GrainArrays,
     aligned_zeros,
 )
+from dem.lists.blocks import LINE
+from dem.lists.grid import cell_size, is_sound, sort_into_cells
+from dem.lists.pairs import deepest_overlap
+from dem.lists.slabs import GRAINS_PER_SLAB, SLABS, most_slabs
 from dem.material import DAMPING_MODELS, Interaction, Material, pair_constants, require
-from dem.neighbours import GRAINS_PER_SLAB, LINE, SLABS, cell_size, deepest_overlap, is_sound, most_slabs, sort_into_cells
-from dem.slabs import GROUPS, STEPS_AT_ONCE
+from dem.step import loop
+from dem.step.motion import kinetic_energy
+from dem.step.schedule import GROUPS, STEPS_AT_ONCE
 from dem.timestep import stable_time_step
 from dem.walls import Wall, distance_to, from_arrays, to_arrays
 
@@ -92,13 +97,13 @@ class Simulation:
     period_m : period along x, y, z; 0 where not periodic.
     time_step_rayleigh_ratio : time step over the smallest grain's Rayleigh time.
     smallest_radius_m : radius that sets the time step (every factory's grains must be at least as large).
-    rolling_model : "type_a" (EDEM's) or "type_c" (elastic-plastic), see `dem.contact.rolling`.
-    damping_model : "edem" (at separation the dashpot pulls) or "no_pull", see `dem.contact.hertz`; both rebound with e.
+    rolling_model : "type_a" (EDEM's) or "type_c" (elastic-plastic), see `dem.contact.laws.rolling`.
+    damping_model : "edem" (at separation the dashpot pulls) or "no_pull", see `dem.contact.laws.hertz`; both rebound with e.
     precision : "float32" or "float64" of the contact arithmetic; positions are float64 always, velocities have 48 bits at least.
-    vector_code : whether the hottest kernels run as explicit vector code (`dem.vectors`) or as plain numba.
+    vector_code : whether the hottest kernels run as explicit vector code (`dem.step.vectors`) or as plain numba.
     threads : on how many threads this simulation runs (worth it from some 20 000 grains on; the result is the same).
     floor_m : grains below this height leave the simulation.
-    energy_ledger : whether every step is booked in `energies_j` (see `dem.energy`); steps then take several times as long.
+    energy_ledger : whether every step is booked in `energies_j` (see `dem.ledger`); steps then take several times as long.
     """
 
     def __init__(
@@ -156,7 +161,7 @@ class Simulation:
         self._options = loop.Options(vector_code, rolling_model == "type_c", bool((self._period > 0).any()))
         self._n_history = 6 if self._options.elastic_rolling else 3
         self._floor = floor_m
-        self._entries = np.zeros(len(energy.ENTRIES)) if energy_ledger else None
+        self._entries = np.zeros(len(ledger.ENTRIES)) if energy_ledger else None
         self._exchanged_j = 0.0
         self._wall_definitions: list[Wall] = []
         self._walls = to_arrays([], self._material_index)
@@ -497,8 +502,8 @@ class Simulation:
     def _ledger(self):
         if self._entries is None:
             return None
-        notes = (np.empty((len(contacts.first), energy.NOTES)) for contacts in (self._contacts, self._wall_contacts))
-        return energy.Ledger(self._entries, *notes)
+        notes = (np.empty((len(contacts.first), ledger.NOTES)) for contacts in (self._contacts, self._wall_contacts))
+        return ledger.Ledger(self._entries, *notes)
 
     @property
     def _skin(self) -> float:
@@ -596,25 +601,25 @@ class Simulation:
     @property
     def kinetic_energy_j(self) -> float:
         """Translational and rotational kinetic energy of the free grains."""
-        return float(sum(motion.kinetic_energy(self._grains)))
+        return float(sum(kinetic_energy(self._grains)))
 
     @property
     def energies_j(self) -> dict[str, float]:
-        """The energy ledger at the last step: its entries (`dem.energy`), what came with the grains, and the residual.
+        """The energy ledger at the last step: its entries (`dem.ledger`), what came with the grains, and the residual.
 
         Raises
         ------
         ValueError : the simulation keeps no ledger.
         """
         require(self._entries is not None, "energy_ledger", False, "True, to read energies_j")
-        return energy.summary(cast(np.ndarray, self._entries), self._exchanged_j)
+        return ledger.summary(cast(np.ndarray, self._entries), self._exchanged_j)
 
     def _held_by_grains_j(self) -> float:
         """Kinetic and potential energy of the free grains, for the ledger."""
         if self._entries is None:
             return 0.0
         heights = self._places[self._free, 0:3] @ self._gravity
-        return float(sum(motion.kinetic_energy(self._grains)) - (heights / self._inverse_masses[self._free]).sum())
+        return float(sum(kinetic_energy(self._grains)) - (heights / self._inverse_masses[self._free]).sum())
 
     def is_static(self, ratio: float = 1e-8) -> bool:
         """Whether the translational kinetic energy per grain is below `ratio` times m g r (a fall by one radius).
@@ -624,7 +629,7 @@ class Simulation:
         if not self.n_grains:
             return True
         weight = np.linalg.norm(self._gravity) / self._inverse_masses[self._free]
-        translation, _ = motion.kinetic_energy(self._grains)
+        translation, _ = kinetic_energy(self._grains)
         return translation < ratio * float((weight * self._places[self._free, RADIUS]).sum())
 
     def largest_overlap_ratio(self) -> float:

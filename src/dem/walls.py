@@ -164,7 +164,7 @@ def wall_separation(place, o, walls, w):
 
 @lean_jit
 def separate(kind, geometry, places, n, b):
-    """Separations of n grains (see `dem.pairs.gather_at_wall`) from the nearest points of a wall, and r^2 - d^2.
+    """Separations of n grains (see `dem.step.gather.gather_at_wall`) from the nearest points of a wall, and r^2 - d^2.
 
     Numbers throughout: a function that takes or gives a tuple keeps these loops from being vectorised, which takes four times as
     long.

@@ -12,8 +12,8 @@ import pytest
 
 from dem import compiled, jit
 
-INDEX = "dem_0/loop.advance-1.py3.nbi"
-KERNELS = {INDEX: b"index", "dem_0/loop.advance-1.py3.1.nbc": b"code", "dem_0/walls.store-2.py3.1.nbc": b"more"}
+INDEX = "step_0/loop.advance-1.py3.nbi"
+KERNELS = {INDEX: b"index", "step_0/loop.advance-1.py3.1.nbc": b"code", "dem_0/walls.store-2.py3.1.nbc": b"more"}
 
 
 @pytest.fixture

@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import dem
-from dem import loop, neighbours, slabs
 from dem.layout import BLOCK, INVERSE_MASS, MOTION, PLACE, RADIUS, GrainArrays
+from dem.lists import blocks, grid, history, pairs, slabs, surfaces
+from dem.step import loop, schedule
 
 MATERIAL = dem.Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)
 ROUGH = dem.Interaction(restitution=0.5, static_friction=0.4, rolling_friction=0.1)
@@ -62,8 +63,8 @@ def find_pairs(positions, radii, period, skin, capacity):
     place[:, :3], place[:, RADIUS], remainder[:, INVERSE_MASS] = positions, radii, 1.0
     grains = GrainArrays(place.ravel(), motion.ravel(), remainder.ravel())
     row, owner, partner = np.zeros((n, 2), np.int64), np.zeros(capacity, np.int32), np.zeros(capacity, np.int32)
-    order, slab = np.zeros(n, np.int64), np.zeros(neighbours.SLABS + 1, np.int64)
-    m = neighbours.find_pairs(grains, np.asarray(period, float), skin, row, owner, partner, order, slab)
+    order, slab = np.zeros(n, np.int64), np.zeros(slabs.SLABS + 1, np.int64)
+    m = pairs.find_pairs(grains, np.asarray(period, float), skin, row, owner, partner, order, slab)
     assert m < 0 or all((owner[begin:end] == i).all() for i, (begin, end) in enumerate(row))
     return m, row, partner, order, slab
 
@@ -104,7 +105,7 @@ def test_slabs_of_the_same_parity_share_no_grain(period_x, n):
     used = np.flatnonzero(np.diff(slab))
     assert len(used) >= 8
     touched = []
-    for s in range(neighbours.SLABS):
+    for s in range(slabs.SLABS):
         owners = [i for i in order[slab[s] : slab[s + 1]].tolist() if row[i, 1] > row[i, 0]]
         touched.append(set(owners).union(*(partner[row[i, 0] : row[i, 1]].tolist() for i in owners)))
     for parity in (0, 1):
@@ -326,7 +327,7 @@ def wide_bed(threads=1, period_x=0.0, n_grains=36_000):
     sizes = dem.Sizes(mean_m=RADIUS_M)
     simulation.add_factory(dem.Factory(n_grains=n_grains, region=region, sizes=sizes, material="soil", seed=1))
     simulation.advance(2500)
-    assert neighbours.used_slabs(simulation._pairs.slab) > slabs.GROUPS
+    assert slabs.used_slabs(simulation._pairs.slab) > schedule.GROUPS
     return simulation
 
 
@@ -362,7 +363,7 @@ def test_grains_of_a_dense_packing_move_at_once_as_when_all_wait(shape, periodic
         s.add_grains(places, RADIUS_M, "soil", rng.normal(0, 0.05, places.shape), rng.normal(0, 10.0, places.shape))
         s.advance(1)
         advance_by_hand(s, at_once, n_steps=20)
-        assert neighbours.used_slabs(s._pairs.slab) == (4 if len(places) > 4000 else 1)
+        assert slabs.used_slabs(s._pairs.slab) == (4 if len(places) > 4000 else 1)
         assert s._contacts.count.max() > 16 * BLOCK
         results.append((b"".join(values.tobytes() for values in s._grains), s._contacts.history.tobytes()))
         assert not s._loads.any()
@@ -396,7 +397,7 @@ def long_packing(threads=1, periodic=False, driven=False, n_steps=50):
     s.advance(n_steps)
     way_m = np.linalg.norm(s.grains.velocities_m_s, axis=1).max() * s.time_step_s
     reach_m, _ = loop.reaches(way_m, 0.0, s._skin)
-    assert loop.steps_within(0.5 * reach_m, way_m, neighbours.used_slabs(s._pairs.slab)) == slabs.STEPS_AT_ONCE
+    assert loop.steps_within(0.5 * reach_m, way_m, slabs.used_slabs(s._pairs.slab)) == schedule.STEPS_AT_ONCE
     return s
 
 
@@ -431,22 +432,22 @@ def test_so_many_steps_at_once_that_grains_twice_as_fast_stay_within_the_way(way
 def advance_by_hand(s, at_once, n_steps):
     """Steps without contacts with walls and without upkeep of the lists."""
     n_walls = len(s.wall_names)
-    no_walls = slabs.WallSteps(np.zeros((1, n_walls, 7)), np.zeros((neighbours.SLABS, n_walls, 3)), np.zeros((1, 4 * BLOCK)))
-    frequency = neighbours.frequencies(s._period)
-    neighbours.common_constants(s._grains, s._contacts, s._pair_table, 1, s._material)
+    no_walls = schedule.WallSteps(np.zeros((1, n_walls, 7)), np.zeros((slabs.SLABS, n_walls, 3)), np.zeros((1, 4 * BLOCK)))
+    frequency = grid.frequencies(s._period)
+    blocks.common_constants(s._grains, s._contacts, s._pair_table, 1, s._material)
     reach = 0.1 * s._skin
-    assert slabs.prune(
+    assert schedule.prune(
         s._grains, s._period, frequency, s._options.periodic, s._pairs, reach, s._contacts, s._pair_table, 1, s._material
     )
     assert s._contacts.count.sum() > 1000
     for _ in range(n_steps):
-        slabs.steps(
+        schedule.steps(
             1, at_once, s._grains, s._loads, s._contacts, s._walls, s._wall_contacts, no_walls, s._pairs, s._period,
             frequency, s._gravity, s._buffers, s._speeds, s._constants, s._options,
         )  # fmt: skip
         if not at_once:
             assert s._loads.any()
-            slabs.move(s._grains, s._loads, s._pairs, s._gravity, s._speeds, s._constants, s._options)
+            schedule.move(s._grains, s._loads, s._pairs, s._gravity, s._speeds, s._constants, s._options)
 
 
 def test_contacts_with_walls_stand_wall_by_wall_and_keep_their_history():
@@ -465,12 +466,12 @@ def test_contacts_with_walls_stand_wall_by_wall_and_keep_their_history():
     contacts, outer = simulation._wall_contacts, simulation._wall_pairs
     outer.history[:] = kept = np.random.default_rng(1).normal(size=outer.history.shape).astype(outer.history.dtype)
     one_slab, lists = np.empty(0, np.int32), (simulation._pair_table, 1, simulation._material)
-    neighbours.prune_walls(simulation._grains, simulation._walls, outer, one_slab, 0.1 * RADIUS_M, contacts, *lists)
+    surfaces.prune_walls(simulation._grains, simulation._walls, outer, one_slab, 0.1 * RADIUS_M, contacts, *lists)
     assert contacts.count.tolist() == [side**2, 0, side**2, side]
     used = []
     for w, wall in enumerate(simulation._wall_definitions):
         own = slice(contacts.begin[w], contacts.begin[w] + contacts.count[w])
-        assert contacts.begin[w] % neighbours.LINE == 0
+        assert contacts.begin[w] % blocks.LINE == 0
         assert (contacts.second[own] == w).all()
         near = dem.walls.distance_to(wall, simulation._places[:, :3]) < 1.1 * RADIUS_M
         assert contacts.first[own].tolist() == np.flatnonzero(near).tolist()
@@ -513,24 +514,24 @@ def outer_list(rows, history):
         partner=np.array([j for row in rows for j in row], np.int32),
         history=np.repeat(np.array(history, float)[:, None], 3, axis=1),
         order=np.arange(3),
-        slab=np.zeros(neighbours.SLABS + 1, np.int64),
+        slab=np.zeros(slabs.SLABS + 1, np.int64),
     )
 
 
 def test_the_history_of_a_pair_turns_its_sign_with_the_pair():
     old = outer_list([[1, 2], [2], []], [1.0, 2.0, 3.0])
     new = outer_list([[], [0], [1, 0]], [9.0, 9.0, 9.0])
-    neighbours.carry_history(old, new, True)
+    history.carry_history(old, new, True)
     assert new.history[:, 0].tolist() == [-1.0, -3.0, -2.0]
     same = outer_list([[2, 1], [], []], [9.0, 9.0])
-    neighbours.carry_history(old, same, True)
+    history.carry_history(old, same, True)
     assert same.history[:, 0].tolist() == [2.0, 1.0]
 
 
 def test_the_history_with_walls_never_changes_hands():
     old = outer_list([[1], [], []], [1.0])  # grain 0 at wall 1
     new = outer_list([[], [0], []], [9.0])  # grain 1 at wall 0
-    neighbours.carry_history(old, new, False)
+    history.carry_history(old, new, False)
     assert new.history[:, 0].tolist() == [0.0]
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dem.contact.block import contact_stage
+from dem.contact.stage import contact_stage
 from dem.layout import (
     BLOCK,
     BUFFER,

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dem.contact import hertz, mindlin, rolling
+from dem.contact.laws import hertz, mindlin, rolling
 
 GLASS = (2e10, 0.2)
 

@@ -5,7 +5,7 @@ reverse it ("clipped"), so a heap comes to true rest; unclipped it jitters for e
 which halves the torque between equal spheres.
 
 Type C, elastic-plastic (Ai, Chen, Rotter, Ooi 2011, Powder Technol. 206, 269, without viscous part): a rolling spring of angle
-theta with k_r = S_t R*^2 (S_t: see `dem.contact.mindlin`), its moment limited to mu_r F_n R*, opposite and equal on both grains.
+theta with k_r = S_t R*^2 (S_t: see `mindlin`), its moment limited to mu_r F_n R*, opposite and equal on both grains.
 Written here with the spring's length s = R* theta and the rolling velocity v_r = R* (w_i - w_j), w an angular velocity:
 
     ds/dt = v_r = p_i u_i - p_j u_j,   p_i = R*/R_i = R_j/(R_i + R_j) = 1 - p_j,   u = R w

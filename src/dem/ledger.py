@@ -18,8 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.contact import mindlin
-from dem.contact.rolling import braked
+from dem.contact.laws import mindlin
+from dem.contact.laws.rolling import braked
 from dem.jit import jit
 from dem.layout import (
     BLOCK,
@@ -43,8 +43,9 @@ from dem.layout import (
     VX,
     GrainArrays,
 )
-from dem.motion import velocity
-from dem.neighbours import SLABS, nearest_image
+from dem.lists.grid import nearest_image
+from dem.lists.slabs import SLABS
+from dem.step.motion import velocity
 from dem.walls import wall_separation
 
 #: Entries of the ledger (J). The first six are what there is now, the others have added up since the start.
@@ -236,7 +237,7 @@ def spin_sum(grains, i, j, walls):
 
 @jit
 def rolling_velocity(grains, i, j, walls):
-    """Rolling velocity in m/s of grain i on grain or wall j (see `dem.contact.rolling`)."""
+    """Rolling velocity in m/s of grain i on grain or wall j (see `dem.contact.laws.rolling`)."""
     x, y, z = three(grains.motion, MOTION * i + UX)
     if walls is None:
         a, b, c = three(grains.motion, MOTION * j + UX)
@@ -257,7 +258,7 @@ def flat(x, y, z, nx, ny, nz):
 def book_grains(grains, loads, gravity, dt, mean, entries):
     """Kinetic (at this instant and half a step later) and potential energy, losses of type A rolling; fills `mean`.
 
-    The stored velocities are half a step behind; with the loads those half a step ahead follow, as in `dem.motion.integrate`.
+    The stored velocities are half a step behind; with the loads those half a step ahead follow, as in `dem.step.motion.integrate`.
     """
     for k in range(grains.place.shape[0] // PLACE):
         o, i, a = k * PLACE, k * MOTION, k * LOAD

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from dem.contact.rolling import braked
+from dem.contact.laws.rolling import braked
 from dem.jit import exact_jit, jit, lean_jit
 from dem.layout import FREE, INVERSE_MASS, LOAD, MOTION, PLACE, QX, QY, QZ, RESIST, UX, UY, UZ, VX, VY, VZ, U
 

@@ -1,8 +1,8 @@
 """Gather, scatter and integrate as explicit vector code: the one place beyond plain numba.
 
 A compiler does not vectorise access to records at scattered places. Here LANES contacts (or grains) are handled at a time: each
-record is loaded whole, and a transpose in registers turns records into the rows that `dem.contact.block` works on, or back.
-Same signatures and meaning as the plain twins in `dem.pairs` and `dem.motion`; tests compare the two.
+record is loaded whole, and a transpose in registers turns records into the rows that `dem.contact.stage` works on, or back.
+Same signatures and meaning as the plain twins in `dem.step.gather` and `dem.step.motion`; tests compare the two.
 LLVM translates the fixed vector lengths to what the processor has. Lane patterns are written for x86's 128-bit lanes. Vectors have
 256 bits, as records have: of 512 bits they would have to be put together of two, which takes longer than what it saves (Zen 4).
 """
@@ -12,9 +12,9 @@ import math
 import numpy as np
 from llvmlite import ir
 
-from dem import motion, pairs
 from dem.jit import cgutils, exact_jit, inline_jit, intrinsic, lean_jit, types
 from dem.layout import BLOCK, FORCE, FREE, INVERSE_MASS, LOAD, MOTION, PLACE, RESISTANCE, SPEEDS, TWIST, TWIST_J, UX, U
+from dem.step import gather, motion
 
 LANES = 8
 #: So many grains are integrated side by side, in so many groups one after another.
@@ -203,7 +203,7 @@ def emit_gather_at_wall(e):
 
 
 def nearest_image(e, x, period, frequency):
-    """As `dem.neighbours.nearest_image`."""
+    """As `dem.grid.nearest_image`."""
     return e.fma(e.b.fneg(period), e.call("rint", e.b.fmul(x, frequency)), x)
 
 
@@ -334,7 +334,7 @@ def integrate_groups(typing, place, motion, remainder, loads, which, gravity, dt
 
 
 class Advance:
-    """One step of group after group of GROUP grains; see `dem.motion.integrate`.
+    """One step of group after group of GROUP grains; see `dem.step.motion.integrate`.
 
     Resistance against spin takes a long chain of operations. A group is pulled before the group ahead of it is moved: so the
     processor has work while it waits, which its window of some hundred instructions is too short to find by itself.
@@ -432,52 +432,52 @@ def prefetch(grains, loads, which):
 
 @lean_jit
 def gather_pairs(grains, first, second, n, b, elastic):
-    """As `dem.pairs.gather_pairs`."""
+    """As `dem.step.gather.gather_pairs`."""
     whole = n - n % LANES
     for q in range(0, whole, LANES):
         gather_lanes(grains.place, grains.motion, first, second, q, b, elastic)
-    pairs.gather_pairs(grains, first[whole:], second[whole:], n - whole, b[whole:], elastic)
+    gather.gather_pairs(grains, first[whole:], second[whole:], n - whole, b[whole:], elastic)
 
 
 @lean_jit
 def gather_periodic_pairs(grains, period, frequency, first, second, n, b, elastic):
-    """As `dem.pairs.gather_periodic_pairs`."""
+    """As `dem.step.gather.gather_periodic_pairs`."""
     whole = n - n % LANES
     for q in range(0, whole, LANES):
         gather_lanes_periodic(grains.place, grains.motion, first, second, q, b, period, frequency, elastic)
-    pairs.gather_periodic_pairs(grains, period, frequency, first[whole:], second[whole:], n - whole, b[whole:], elastic)
+    gather.gather_periodic_pairs(grains, period, frequency, first[whole:], second[whole:], n - whole, b[whole:], elastic)
 
 
 @inline_jit
 def gather_at_wall(grains, velocity, first, n, b, places):
-    """As `dem.pairs.gather_at_wall`."""
+    """As `dem.step.gather.gather_at_wall`."""
     whole = n - n % LANES
     for q in range(0, whole, LANES):
         gather_lanes_at_wall(grains.place, grains.motion, first, velocity, q, b, places)
-    pairs.gather_at_wall(grains, velocity, first[whole:], n - whole, b[whole:], places[whole:])
+    gather.gather_at_wall(grains, velocity, first[whole:], n - whole, b[whole:], places[whole:])
 
 
 @inline_jit
 def scatter_at_wall(loads, first, n, b):
-    """As `dem.pairs.scatter_at_wall`."""
+    """As `dem.step.gather.scatter_at_wall`."""
     whole = n - n % LANES
     for q in range(0, whole, LANES):
         scatter_lanes_at_wall(loads, first, q, b)
-    pairs.scatter_at_wall(loads, first[whole:], n - whole, b[whole:])
+    gather.scatter_at_wall(loads, first[whole:], n - whole, b[whole:])
 
 
 @lean_jit
 def scatter_pairs(loads, first, second, n, b, elastic):
-    """As `dem.pairs.scatter_pairs`."""
+    """As `dem.step.gather.scatter_pairs`."""
     whole = n - n % LANES
     for q in range(0, whole, LANES):
         scatter_lanes(loads, first, second, q, b, elastic)
-    pairs.scatter_pairs(loads, first[whole:], second[whole:], n - whole, b[whole:], elastic)
+    gather.scatter_pairs(loads, first[whole:], second[whole:], n - whole, b[whole:], elastic)
 
 
 @exact_jit
 def integrate(grains, loads, which, gravity, dt, zero):
-    """As `dem.motion.integrate`."""
+    """As `dem.step.motion.integrate`."""
     n = which.shape[0]
     many, whole = n - n % (GROUP * GROUPS_AT_ONCE), n - n % GROUP
     fastest2 = 0.0

@@ -9,8 +9,8 @@ The lever arm of grain i is r_i d / (r_i + r_j): the contact point divides the o
 
 import math
 
-from dem.contact.hertz import normal_force
-from dem.contact.mindlin import slip
+from dem.contact.laws.hertz import normal_force
+from dem.contact.laws.mindlin import slip
 from dem.jit import lean_jit
 from dem.layout import BLOCK as B
 from dem.layout import (
@@ -154,7 +154,7 @@ def tangential_loop(n, b, c, h, dt, one, zero, tiny, elastic):
 
 @lean_jit
 def rolling_force(q, b, c, h, ax, ay, az, S_t, inv_arm2, limit, dt, one, tiny):
-    """Force of the rolling spring of contact q, at most `limit`; its length in h is renewed (type C, see `dem.contact.rolling`)."""
+    """Force of the rolling spring of contact q, at most `limit`; its length in h is renewed (type C, see `rolling`)."""
     p_i = c[ROLLING_SHARE * B + q]
     sx = h[3 * B + q] + dt * (p_i * b[7 * B + q] - b[SECOND_SPIN * B + q])
     sy = h[4 * B + q] + dt * (p_i * b[8 * B + q] - b[(SECOND_SPIN + 1) * B + q])

@@ -1,6 +1,6 @@
 """Gather and scatter of grain pairs: records at scattered places into the rows of the work buffer, and back.
 
-These are the plain versions; `dem.vectors` has their twins in vector code.
+These are the plain versions; `dem.step.vectors` has their twins in vector code.
 """
 
 import numpy as np
@@ -29,7 +29,7 @@ from dem.layout import (
     VZ,
     U,
 )
-from dem.neighbours import nearest_image
+from dem.lists.grid import nearest_image
 
 
 @lean_jit

@@ -5,23 +5,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem import energy, slabs
+from dem import ledger as energy
 from dem.jit import jit, lean_jit
 from dem.layout import BLOCK, PLACE
-from dem.motion import carry_glued, fastest_grain
-from dem.neighbours import (
-    carry_history,
-    common_constants,
-    cut_contacts,
-    find_pairs,
-    find_wall_pairs,
-    frequencies,
-    is_sound,
-    prune_walls,
-    save_history,
-    slab_numbers,
-    used_slabs,
-)
+from dem.lists.blocks import common_constants
+from dem.lists.grid import frequencies, is_sound
+from dem.lists.history import carry_history, save_history
+from dem.lists.pairs import find_pairs
+from dem.lists.slabs import cut_contacts, slab_numbers, used_slabs
+from dem.lists.surfaces import find_wall_pairs, prune_walls
+from dem.step import schedule
+from dem.step.motion import carry_glued, fastest_grain
 from dem.walls import fastest_wall, later, move_walls
 
 #: A bound that stands for lists that must be remade (m; finite, because kernels may assume that no value is infinite).
@@ -149,7 +143,7 @@ def steps_within(way, way_per_step, used):
     The speeds are known only afterwards: each step is reckoned to take twice the way of the step before. Should a grain gain more
     than that speed in these few steps, a contact that it makes then is felt by so many steps late.
     """
-    most = slabs.most_steps(used)
+    most = schedule.most_steps(used)
     k = 1
     while k < most and k * 2.0 * way_per_step <= way:
         k += 1
@@ -197,9 +191,9 @@ def refresh_lists(
     """
     n_rebuilds = 0
     if parallel is None:
-        slabs.save(contacts, pair_list.history)
+        schedule.save(contacts, pair_list.history)
     else:
-        slabs.save_threads(contacts, pair_list.history)
+        schedule.save_threads(contacts, pair_list.history)
     save_with_walls(wall_contacts, wall_pairs.history)
     if are_old(list_age, reach, wall_reach, skin) and list_age[0] < LISTS_STALE:
         list_age[0] = farthest(grains, origin)  # the bound adds up the fastest grain of every step
@@ -213,11 +207,11 @@ def refresh_lists(
             for a in range(3):
                 origin[i, a] = grains.place[PLACE * i + a]
     if parallel is None:
-        fits = slabs.prune(
+        fits = schedule.prune(
             grains, period, frequency, options.periodic, pair_list, reach, contacts, pair_table, n_materials, material
         )
     else:
-        fits = slabs.prune_threads(
+        fits = schedule.prune_threads(
             grains, period, frequency, options.periodic, pair_list, reach, contacts, pair_table, n_materials, material
         )
     if not fits:
@@ -279,7 +273,7 @@ def advance(
     `origin` (n, 3) keeps where the grains were when the outer lists were made, `list_age` the bound on any grain's way and the
     walls' way since then (m); LISTS_STALE in the first asks for new lists.
     `parallel` : None for one thread, anything else for numba's number of threads (the other branch is then not even compiled).
-    `ledger` : None, or a `dem.energy.Ledger` that books every step.
+    `ledger` : None, or a `dem.ledger.Ledger` that books every step.
     Returns (reason, steps done, outer rebuilds, inner prunings). The reasons that end in FULL ask for a longer list; the state is
     then consistent and the call can be repeated with the remaining steps. BLEW_UP: something moves faster than speed_limit, or is
     out of any sensible place, and the state is worthless.
@@ -297,8 +291,8 @@ def advance(
     moves_at_once = glued.shape[0] == 0 and ledger is None
     is_driven = walls.kind.shape[0] > 0 and walls.drive_axis.max() >= 0
     n_walls = walls.kind.shape[0]
-    wall_steps = slabs.WallSteps(
-        np.empty((slabs.STEPS_AT_ONCE, n_walls, 7)),
+    wall_steps = schedule.WallSteps(
+        np.empty((schedule.STEPS_AT_ONCE, n_walls, 7)),
         np.zeros((speeds.shape[1], n_walls, 3)),
         np.empty((buffers.shape[0], 4 * BLOCK)),
     )
@@ -325,12 +319,12 @@ def advance(
             energy.note_step(grains, period, frequency, contacts, walls, wall_contacts, constants, ledger, options.elastic_rolling)
         later(walls, dt, wall_steps.geometry[:at_once])
         if parallel is None:
-            slabs.steps(
+            schedule.steps(
                 at_once, moves_at_once, grains, loads, contacts, walls, wall_contacts, wall_steps, pair_list, period, frequency,
                 gravity, buffers, speeds, constants, options,
             )  # fmt: skip
         else:
-            slabs.steps_threads(
+            schedule.steps_threads(
                 at_once, moves_at_once, grains, loads, contacts, walls, wall_contacts, wall_steps, pair_list, period, frequency,
                 gravity, buffers, speeds, constants, options,
             )  # fmt: skip
@@ -341,9 +335,9 @@ def advance(
         mean_force += walls.force
         if not moves_at_once:
             if parallel is None:
-                slabs.move(grains, loads, pair_list, gravity, speeds, constants, options)
+                schedule.move(grains, loads, pair_list, gravity, speeds, constants, options)
             else:
-                slabs.move_threads(grains, loads, pair_list, gravity, speeds, constants, options)
+                schedule.move_threads(grains, loads, pair_list, gravity, speeds, constants, options)
         for k in range(at_once):
             wall_speed, grain_speed = move_walls(walls, dt), speeds[k, :used].max()
             travel += grain_speed * dt
@@ -353,7 +347,7 @@ def advance(
         if max(grain_speed, wall_speed) > speed_limit:
             reason = BLEW_UP
             break
-    slabs.save(contacts, pair_list.history)
+    schedule.save(contacts, pair_list.history)
     save_with_walls(wall_contacts, wall_pairs.history)
     list_age[0] += travel
     mean_force /= max(done, 1)

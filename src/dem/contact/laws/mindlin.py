@@ -13,7 +13,7 @@ dashpot that stretches the spring backwards as soon as two grains touch, and fas
 
 import math
 
-from dem.contact.hertz import DASHPOT_FACTOR
+from dem.contact.laws.hertz import DASHPOT_FACTOR
 from dem.jit import jit
 
 

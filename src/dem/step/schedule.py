@@ -1,4 +1,4 @@
-"""Work that may run side by side: slabs of grains and their contacts (see `dem.neighbours.cut_slabs`), and groups of slabs.
+"""Work that may run side by side: slabs of grains and their contacts (see `dem.lists.slabs.cut_slabs`), and groups of slabs.
 
 A slab's grains move as soon as their loads are complete, while they are still in the cache; with many slabs several steps are made
 of a few slabs before the next ones are fetched.
@@ -10,11 +10,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem import motion, pairs, vectors
-from dem.contact.block import contact_stage
+from dem.contact.stage import contact_stage
 from dem.jit import inline_jit, jit, lean_jit, parallel_jit, prange
 from dem.layout import BLOCK, SECOND_SPIN
-from dem.neighbours import in_block, prune_slab, save_history, used_slabs
+from dem.lists.blocks import in_block
+from dem.lists.history import save_history
+from dem.lists.pairs import prune_slab
+from dem.lists.slabs import used_slabs
+from dem.step import gather as plain
+from dem.step import motion, vectors
 from dem.walls import push, separate
 
 #: Neighbouring slabs are done in turn, in so many groups that may run side by side if their numbers are both even or both odd.
@@ -51,9 +55,9 @@ def gather(grains, period, frequency, first, second, n, buffer, options, elastic
             vectors.gather_pairs(grains, first, second, n, buffer, elastic)
     else:
         if options.periodic:
-            pairs.gather_periodic_pairs(grains, period, frequency, first, second, n, buffer, elastic)
+            plain.gather_periodic_pairs(grains, period, frequency, first, second, n, buffer, elastic)
         else:
-            pairs.gather_pairs(grains, first, second, n, buffer, elastic)
+            plain.gather_pairs(grains, first, second, n, buffer, elastic)
 
 
 @inline_jit
@@ -62,7 +66,7 @@ def scatter(loads, first, second, n, buffer, options, elastic):
     if options.vector_code:
         vectors.scatter_pairs(loads, first, second, n, buffer, elastic)
     else:
-        pairs.scatter_pairs(loads, first, second, n, buffer, elastic)
+        plain.scatter_pairs(loads, first, second, n, buffer, elastic)
 
 
 @inline_jit
@@ -71,7 +75,7 @@ def gather_at_wall(grains, velocity, first, n, buffer, places, options):
     if options.vector_code:
         vectors.gather_at_wall(grains, velocity, first, n, buffer, places)
     else:
-        pairs.gather_at_wall(grains, velocity, first, n, buffer, places)
+        plain.gather_at_wall(grains, velocity, first, n, buffer, places)
 
 
 @inline_jit
@@ -80,7 +84,7 @@ def scatter_at_wall(loads, first, n, buffer, options):
     if options.vector_code:
         vectors.scatter_at_wall(loads, first, n, buffer)
     else:
-        pairs.scatter_at_wall(loads, first, n, buffer)
+        plain.scatter_at_wall(loads, first, n, buffer)
 
 
 @inline_jit
@@ -119,7 +123,7 @@ def slab_forces(
     """Loads of the contacts of one slab in one of the steps made at once.
 
     coming : the slab whose grains are asked for meanwhile, s for none; elastic : None or else, as
-    `dem.contact.block.contact_stage` has it.
+    `dem.contact.stage.contact_stage` has it.
     """
     wall_forces(s, step, grains, loads, walls, wall_contacts, wall_steps, buffer, places, constants, options, elastic)
     begin, count = contacts.begin[s], contacts.count[s]
