@@ -27,7 +27,7 @@ def imported(path):
     [
         ("dem", {"calibration", "snakemake", "pandas", "pyarrow", "yaml"}),
         ("calibration", {"dem", "numba", "snakemake"}),
-        ("exports", {"dem", "calibration", "numba", "snakemake"}),
+        ("exports", {"calibration", "numba", "snakemake"}),
     ],
 )
 def test_packages_know_only_what_lies_below_them(package, forbidden):
