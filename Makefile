@@ -8,7 +8,7 @@ REFERENCE := soil repose shear strength screening reachability calibration itera
 	identifiability verification sensitivity coverage
 
 # what `make docs` describes
-API := dem dem.experiments dem.measure dem.contact dem.energy virtual_soil
+API := dem dem.experiments dem.measure dem.contact dem.ledger virtual_soil
 
 .DEFAULT_GOAL := campaign
 

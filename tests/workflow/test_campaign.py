@@ -18,7 +18,7 @@ from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.campaign.sections import TERMS
 
 #: A file of the engine that every simulation runs.
-MOTION = "src/dem/motion.py"
+MOTION = "src/dem/step/motion.py"
 
 
 def planned(project: Path) -> dict[str, int]:

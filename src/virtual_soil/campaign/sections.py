@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from dem.contact.model import DAMPING_MODELS, ROLLING
 from virtual_soil.campaign.experiments.registry import EXPERIMENTS, RESPONSES
 from virtual_soil.campaign.settings import NAMES, choice, make, section, setting
 
@@ -159,9 +160,9 @@ class Fidelity:
 class Engine:
     """Numerical settings common to all experiments; the names are those of `dem.Simulation`."""
 
-    rolling_model: str = choice("type_a: EDEM's; type_c: elastic-plastic", "type_a", ("type_a", "type_c"))
+    rolling_model: str = choice("type_a: EDEM's; type_c: elastic-plastic", "type_a", ROLLING)
     damping_model: str = choice(
-        "edem: the dashpot may pull before grains part; no_pull: it never pulls; both rebound with e", "edem", ("edem", "no_pull")
+        "edem: the dashpot may pull before grains part; no_pull: it never pulls; both rebound with e", "edem", DAMPING_MODELS
     )
     precision: str = choice(
         "of the contact arithmetic",

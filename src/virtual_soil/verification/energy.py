@@ -1,6 +1,6 @@
 """The energy ledger: grains fall into a tube, settle, and the tube rises; what goes in, out and is lost must add up.
 
-The ledger evaluates the contact laws apart from the fast kernels (`dem.energy`), so that it closes only if their loads, the
+The ledger evaluates the contact laws apart from the fast kernels (`dem.ledger`), so that it closes only if their loads, the
 springs' histories, the walls' forces and the motion agree. What is left over is the time integration's error, of second order.
 """
 

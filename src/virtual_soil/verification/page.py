@@ -29,7 +29,7 @@ dashpot does has an error of first order.""",
     "rest": """What carries the weight, and whether a heap stays as it is. Type A's torque may stop a spin but not reverse it,
 so that its heaps do not creep; type C holds them by rolling springs.""",
     "energy": """Grains fall into a tube, settle, and the tube rises. `Simulation(energy_ledger=True)` books every step; the
-contact laws are evaluated for it a second time, apart from the fast kernels. "Springs remade" (`dem.energy`) is energy that the
+contact laws are evaluated for it a second time, apart from the fast kernels. "Springs remade" (`dem.ledger`) is energy that the
 tangential law itself gives or takes, because its stiffness changes with the overlap; it does not vanish with the step.""",
     "bulk": """The paper's base set: 3000 grains in a tube that rises at 5 mm/s, and the default campaign's shear box. Unless a row
 says otherwise G = 5e5 Pa and steps of 0.4 T_R. Means over seeds are compared; what should make no difference may differ by three

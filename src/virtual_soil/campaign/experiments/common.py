@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 
 from dem import stable_time_step
+from dem.contact.model import ROLLING
 from dem.experiments.soil import Engine, Soil
 from dem.factory import SPACING_RATIO
 
@@ -30,13 +31,14 @@ def scale_m(config: dict, row: dict) -> float:
 def sliding(material: dict, config: dict, wall_frictions: Callable[[dict, dict], tuple[float, float]]) -> dict:
     """The material that is simulated for a point: where grains can only slide, rolling friction is twice the static one.
 
-    Friction turns a grain by at most mu_s F_n R at a contact, and resistance of type A (`dem.contact`) stops whatever spin a torque
+    Friction turns a grain by at most mu_s F_n R at a contact, and a law that brakes spins (type A) stops whatever spin a torque
     of mu_r F_n R can stop. Where mu_s < mu_r at all its contacts, a grain at rest never begins to spin, so simulations that differ
     in nothing but such a mu_r are one to the last bit. Where mu_s = mu_r they are not: rounding decides then.
     wall_frictions(material, config) : static and rolling friction of the walls.
     """
     static = material["static_friction"]
-    if config["engine"]["rolling_model"] != "type_a" or material["rolling_friction"] <= static:
+    brakes = not ROLLING[config["engine"]["rolling_model"]].SEPARATE_SPINS
+    if not brakes or material["rolling_friction"] <= static:
         return material
     simulated = {**material, "rolling_friction": 2.0 * static}
     wall_static, wall_rolling = wall_frictions(simulated, config)
