@@ -1,10 +1,10 @@
-"""Where the time of one step goes: the kernels of the loop timed one by one on the state of a running simulation.
+"""Time of one step by stage: each kernel of the loop is timed separately on the state of a running simulation.
 
     python benchmarks/step.py
 
-The paper's base set at rest in its tube, while the tube is lifted, and as a heap at rest; vector code, one thread. Stages are run
-many times over on a frozen state, best of several windows; list upkeep is spread over the steps between two upkeeps. The last line
-is JSON.
+The paper's base set at rest in its tube, during the lift, and as a heap at rest; vector code, one thread. Stages are repeated many
+times on a frozen state; the best of several windows counts. The time of list updates is divided by the steps between two updates.
+The last line is JSON.
 """
 
 import json
@@ -31,7 +31,7 @@ def gather(n, grains, contacts, buffer):
 
 @jit
 def contact(n, grains, contacts, buffer, constants):
-    """Gather and contact stage of all pairs n times."""
+    """Run the gather and contact stages of all pairs n times."""
     for _ in range(n):
         for k0 in range(0, contacts.count[0] - BLOCK + 1, BLOCK):
             vectors.gather_pairs(grains, contacts.first[k0 : k0 + BLOCK], contacts.second[k0 : k0 + BLOCK], BLOCK, buffer, None)
@@ -63,14 +63,14 @@ def wall(n, grains, loads, wall_arrays, contacts, buffer, constants, options, dt
 
 @jit
 def integrate(n, grains, loads, which, gravity, dt, zero):
-    """Motion n times."""
+    """Integrate the motion n times."""
     for _ in range(n):
         vectors.integrate(grains, loads, which, gravity, dt, zero)
 
 
 @jit
 def prune(n, grains, period, frequency, outer, reach, contacts, pair_table, n_materials, material):
-    """Save and prune n times."""
+    """Save the springs and prune the lists n times."""
     for _ in range(n):
         slabs.save(contacts, outer.history)
         slabs.prune(grains, period, frequency, False, outer, reach, contacts, pair_table, n_materials, material)
@@ -78,20 +78,20 @@ def prune(n, grains, period, frequency, outer, reach, contacts, pair_table, n_ma
 
 @jit
 def rebuild(n, grains, period, wall_arrays, skin, pair_list, wall_pairs, spare, wall_spare, contacts):
-    """New outer lists n times."""
+    """Rebuild the outer lists n times."""
     for _ in range(n):
         loop.rebuild(grains, period, wall_arrays, skin, pair_list, wall_pairs, spare, wall_spare, contacts)
 
 
 def copied(values: np.ndarray, quarter: int) -> np.ndarray:
-    """A copy that begins at the same place in a page as the simulation's own array."""
+    """Copy an array with the same alignment within a memory page as the simulation's own."""
     copy = aligned_zeros(values.size, values.dtype, quarter)
     copy[:] = values
     return copy
 
 
 def best_us(function, *arguments, repeats: int = REPEATS) -> float:
-    """Microseconds of one repeat."""
+    """Time of one repeat in microseconds, best of several windows."""
     function(1, *arguments)
     times = []
     for _ in range(WINDOWS):
@@ -102,7 +102,7 @@ def best_us(function, *arguments, repeats: int = REPEATS) -> float:
 
 
 def counted_steps(simulation) -> tuple[float, float, float]:
-    """(microseconds of a step, rebuilds and prunings per step) over STEPS steps."""
+    """Return (microseconds per step, rebuilds and prunings per step) over STEPS steps."""
     totals, kernel = np.zeros(3), loop.advance
 
     def counting(*arguments):
@@ -121,7 +121,7 @@ def counted_steps(simulation) -> tuple[float, float, float]:
 
 
 def profile(s) -> dict[str, float]:
-    """Microseconds per step of every stage."""
+    """Time of every stage in microseconds per step."""
     step_us, rebuilds, prunings = counted_steps(s)
     fastest = float(np.linalg.norm(s.grains.velocities_m_s, axis=1).max())
     reach, wall_reach = loop.reaches(fastest * s.time_step_s, 0.0, s._skin)
