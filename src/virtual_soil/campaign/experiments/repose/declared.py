@@ -62,8 +62,8 @@ class Settings:
     plate_half_width_ratio: float = setting(
         "half width of the square plate in grain radii", 80.0, above=0, note="grains that fall off its edge leave the simulation"
     )
-    wall_static_friction: float | None = setting("of tube and plate; null = as between grains", None, minimum=0)
-    wall_rolling_friction: float | None = setting("of tube and plate; null = as between grains", None, minimum=0)
+    wall_static_friction: float | None = setting("static friction of tube and plate; null = as between grains", None, minimum=0)
+    wall_rolling_friction: float | None = setting("rolling friction of tube and plate; null = as between grains", None, minimum=0)
     max_time_s: float = setting(
         "simulated time after which a heap is measured even if it still moves",
         0.7,

@@ -67,7 +67,7 @@ class Settings:
     )
     displacement_ratio: float = setting("displacement of the lower frame in grain radii", 9.0, above=0)
     frame_static_friction: float = setting(
-        "of the side walls against grains", 0.0, minimum=0, note="smooth: rough walls would carry the lid's load, as in a silo"
+        "static friction of the side walls", 0.0, minimum=0, note="smooth: rough walls would carry the lid's load, as in a silo"
     )
     preparation_friction_ratio: float = setting(
         "factor on the grains' friction while the specimen is prepared",
@@ -77,9 +77,9 @@ class Settings:
         note="Below 1 the specimen is tamped, at 1 poured. Poured grains with high sliding and rolling friction form a loose "
         "structure (solid fraction 0.41) that collapses under the lid before it shears.",
     )
-    strength: str = choice("strength of the Mohr-Coulomb line", "plateau", ("peak", "plateau"))
+    strength: str = choice("strength used for the Mohr-Coulomb line", "plateau", ("peak", "plateau"))
     normal_stress: str = choice(
-        "normal stress of the Mohr-Coulomb line",
+        "normal stress used for the Mohr-Coulomb line",
         "plane",
         ("plane", "applied"),
         note="plane: measured on the shear plane; applied: load on the lid",
