@@ -1,4 +1,4 @@
-# virtual-soil: table of contents. The method's steps stand in workflow/rules, in reading order.
+# virtual-soil: table of contents. The steps of the method are in workflow/rules, included in reading order.
 from snakemake.utils import min_version
 
 min_version("9.0")

@@ -1,11 +1,11 @@
-"""Speed of the engine on the paper's base set, alone or beside LIGGGHTS and LAMMPS.
+"""Speed of the engine on the paper's base set, alone or compared with LIGGGHTS and LAMMPS.
 
-    python benchmarks/engine.py --quick    # our own figures, under 45 s
-    python benchmarks/engine.py            # beside the peers that are installed (see benchmarks/README.md)
+    python benchmarks/engine.py --quick    # our engine only, under 45 s
+    python benchmarks/engine.py            # compared with the installed peers (see benchmarks/README.md)
 
-One thread. Every engine gets the same grains in the same places: a column at rest in its tube, the tube being lifted, and the
-heap at rest. Windows of the engines alternate, so that a machine that slows down slows all of them; the printed figures are medians
-over the windows in million grain-steps per second, lists and walls included. The last line is JSON.
+One thread. Every engine simulates the same grains at the same positions: a column at rest in its tube, the lift of the tube, and
+the heap at rest. Time windows of the engines alternate, so that changes of the machine's speed affect all of them. The printed
+values are medians over the windows in million grain-steps per second, including neighbour lists and walls. The last line is JSON.
 """
 
 import argparse
@@ -22,7 +22,7 @@ from dem import Simulation, compiled
 from dem.experiments import angle_of_repose
 from dem.experiments.soil import Engine, Soil
 
-#: Shear modulus in Pa: the paper's beside the peers; alone a tenth of it, which reaches the states in a third of the steps.
+#: Shear modulus in Pa: the paper's for comparisons; a tenth of it for --quick, which reaches the states in a third of the steps.
 PAPER_G, QUICK_G = 5e7, 5e6
 SETUP = angle_of_repose.Setup(
     n_particles=3000,
@@ -33,11 +33,11 @@ SETUP = angle_of_repose.Setup(
     scale_radius_m=50e-6,
 )
 FILL_S, LIFT_S = 0.09, 0.05
-#: At most so long a filled column may creep until it counts as at rest.
+#: Maximum time in s until the filled column is considered at rest.
 REST_S = 0.3
 STATES = ("column at rest", "tube lifted", "heap at rest")
 WINDOW_STEPS = 1000
-#: A copied simulation's arrays begin at no cache line until its grains are sorted in space, as any simulation's are.
+#: Steps before timing: the arrays of a copied simulation are not aligned to cache lines until its grains are sorted in space.
 WARM_UP_STEPS = 5000
 
 
@@ -55,12 +55,12 @@ def base_set(shear_modulus_pa: float) -> Soil:
 
 
 def prepare(soil: Soil, states, **engine) -> dict[str, Simulation]:
-    """One simulation per state, each ready to go on; the step is 0.2 Rayleigh times."""
+    """Prepare one simulation per state, ready to continue; the step is 0.2 Rayleigh times."""
     return lifted(angle_of_repose.build(soil, SETUP, Engine(**engine), seed=1), states)
 
 
 def lifted(simulation: Simulation, states) -> dict[str, Simulation]:
-    """As `prepare`, from grains about to drop."""
+    """Prepare one simulation per state, from grains before their fall."""
     simulation.run(FILL_S)
     ready = {STATES[0]: copy.deepcopy(simulation)}
     ready[STATES[0]].run(REST_S, until=Simulation.is_static)
@@ -76,7 +76,7 @@ def lifted(simulation: Simulation, states) -> dict[str, Simulation]:
 
 
 def plain_twin(simulation: Simulation) -> Simulation:
-    """A copy that goes on from the same state in plain numba."""
+    """Copy a simulation, to continue from the same state in plain numba."""
     twin = copy.deepcopy(simulation)
     compiled.ensure(vector_code=False, periodic=False)
     twin._runner.access = twin._runner.access._replace(vector=None)
@@ -85,14 +85,14 @@ def plain_twin(simulation: Simulation) -> Simulation:
 
 
 def window(simulation: Simulation, steps: int) -> float:
-    """Million grain-steps per second over so many steps."""
+    """Million grain-steps per second over a number of steps."""
     start = time.perf_counter()
     simulation.advance(steps)
     return steps * simulation.n_grains / (time.perf_counter() - start) / 1e6
 
 
 def measure(engines: dict, n_windows: int) -> dict[str, dict[str, list[float]]]:
-    """{state: {engine: speeds}}, engines taking turns; `engines` maps a name to {state: function that times a window}."""
+    """Return {state: {engine: speeds}}, engines alternating; `engines` maps a name to {state: function that times a window}."""
     speeds = {state: {name: [] for name in engines} for state in next(iter(engines.values()))}
     for _ in range(n_windows):
         for state, by_engine in speeds.items():
@@ -102,18 +102,18 @@ def measure(engines: dict, n_windows: int) -> dict[str, dict[str, list[float]]]:
 
 
 def spread(samples) -> dict[str, float]:
-    """Median, least and most of some windows."""
+    """Median, minimum and maximum of the windows."""
     return {name: round(float(value(samples)), 2) for name, value in (("median", np.median), ("least", np.min), ("most", np.max))}
 
 
 def ratios(by_engine) -> dict[str, dict[str, float]]:
-    """How many times as fast as each peer we are, by the windows of one state that follow each other."""
+    """Ratio of our speed to each peer's, from consecutive windows of one state."""
     ours = np.array(by_engine["virtual-soil"])
     return {name: spread(ours / samples) for name, samples in by_engine.items() if not name.startswith("virtual-soil")}
 
 
 def show(speeds) -> None:
-    """Print a table: median, and the range of the windows; ratios against the peers with their spread."""
+    """Print a table: median and range of the windows, and the ratios to the peers with their range."""
     for state, by_engine in speeds.items():
         print(state)
         for name, samples in by_engine.items():
@@ -123,7 +123,7 @@ def show(speeds) -> None:
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure and print the speeds."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="our own figures only")
     quick = parser.parse_args().quick
@@ -161,7 +161,7 @@ def main() -> None:
 
 
 def processor() -> str:
-    """Name of the processor, as far as the system tells."""
+    """Name of the processor, if the system provides it."""
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as file:
             return next(line.split(":")[1].strip() for line in file if line.startswith("model name"))

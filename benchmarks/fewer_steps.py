@@ -1,9 +1,9 @@
-"""What every way to make fewer steps saves, and what it changes: steps, angle of repose, strength.
+"""Methods to reduce the number of steps: saved steps, and effect on angle of repose and strength.
 
     python benchmarks/fewer_steps.py [number of seeds]
 
-The paper's base set (3000 grains) a hundred times softer, and its shear slice at 500 Pa. Steps do not depend on how busy the
-machine is. The last line is JSON.
+The paper's base set (3000 grains) a hundred times softer, and its shear slice at 500 Pa. The number of steps is
+independent of the machine's load. The last line is JSON.
 """
 
 import json
@@ -34,18 +34,18 @@ SLICE = direct_shear.Setup(
     preparation_friction_ratio=0.3,
     scale_radius_m=50e-6,
 )
-#: The last third of the displacement is the plateau.
+#: Last fraction of the displacement, over which the plateau is averaged.
 PLATEAU = 1.0 / 3.0
 PORTIONS = 5
 
 
 def angle_deg(grains) -> float:
-    """Angle of repose by the profile."""
+    """Angle of repose from the profile, in degrees."""
     return measure_heap(grains.positions_m, grains.radii_m).angle_profile_deg
 
 
 def heap(seed: int, engine: Engine, state=None) -> dict:
-    """Steps and angle of one heap, and what waiting until the end of the time would have added to both."""
+    """Steps and angle of one heap, and the changes of both if the simulation continues to the end of the time."""
     last = {}
     made = angle_of_repose.run(SOIL, SETUP, engine, seed, lambda s, stage: last.update(simulation=s), state=state)
     simulation = last["simulation"]
@@ -60,7 +60,7 @@ def heap(seed: int, engine: Engine, state=None) -> dict:
 
 
 def poured(seed: int, engine: Engine) -> State:
-    """The same grains in portions, one after the other, in place of one loose column."""
+    """Pour the same grains in successive portions instead of one loose column."""
     n = SETUP.n_particles // PORTIONS
     simulation = angle_of_repose.build(SOIL, replace(SETUP, n_particles=n), engine, seed)
     tube = simulation.wall("tube")
@@ -87,7 +87,7 @@ def shear(seed: int, inertial_number: float) -> dict:
 
 
 def mean(rows: list[dict]) -> dict:
-    """Mean of every figure, and standard deviation over the seeds of those that are not steps."""
+    """Mean of every value over the seeds, and standard deviation of every value except steps."""
     result = {}
     for key in rows[0]:
         values = [row[key] for row in rows]
@@ -98,7 +98,7 @@ def mean(rows: list[dict]) -> dict:
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure and print the savings."""
     seeds = range(1, 1 + (int(sys.argv[1]) if len(sys.argv) > 1 else 3))
     heaps = {
         f"heap, step {ratio} T_R": [heap(seed, replace(HEAP_ENGINE, time_step_rayleigh_ratio=ratio)) for seed in seeds]

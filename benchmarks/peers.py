@@ -1,8 +1,8 @@
-"""LIGGGHTS and LAMMPS on the same grains: input files, and the speed that they report themselves ("Loop time", without set-up).
+"""LIGGGHTS and LAMMPS on the same grains: input files, and the speed that they report ("Loop time", without set-up).
 
-Both get the nearest equivalent of the model: Hertz-Mindlin with history, e, mu_s, rolling friction. A program stays open and is
-told by its standard input to run the next window, after it has settled: grains that are read in have no contact history and
-jolt at first. Each state is tuned by trying several neighbour skins and keeping the fastest.
+Both use the nearest equivalent of the model: Hertz-Mindlin with history, e, mu_s, rolling friction. A program keeps running and
+receives the command for the next window through its standard input. Before the first window it settles, because the grains read in
+have no contact history. For each state several neighbour skins are tried and the fastest is kept.
 """
 
 import os
@@ -19,7 +19,7 @@ from virtual_soil.verification.peers import liggghts
 STEPS = 1000
 SETTLE_STEPS = 8000
 TUNE_WINDOWS = 2
-SKINS = (0.1, 0.2, 0.4)  # in grain radii
+SKINS = (0.1, 0.2, 0.4)  # neighbour skins, in grain radii
 
 
 class Peer:
@@ -34,7 +34,7 @@ class Peer:
         self.running: dict[str, subprocess.Popen] = {}
 
     def start(self, state: str, simulation) -> None:
-        """Open the program on a state, once per skin; the fastest stays open."""
+        """Start the program on a state once per skin, and keep the fastest running."""
         self.write_grains(state, simulation)
         speeds, running = {}, {}
         for skin in SKINS:
@@ -52,7 +52,7 @@ class Peer:
         return self.run(self.running[state], STEPS)
 
     def open(self, state: str) -> subprocess.Popen:
-        """Start the program and let it read a state's input; its output comes line by line."""
+        """Start the program with a state's input; its output is line-buffered."""
         process = subprocess.Popen(
             ["stdbuf", "-oL", *self.command()],
             cwd=self.folder,
@@ -66,7 +66,7 @@ class Peer:
         return process
 
     def run(self, process: subprocess.Popen, steps: int) -> float:
-        """Let an open program make so many steps; its speed by the loop time that it prints."""
+        """Run a number of steps in a running program; returns the speed from its printed loop time."""
         process.stdin.write(f"run {steps}\n")
         process.stdin.flush()
         seen = []
@@ -78,7 +78,7 @@ class Peer:
         raise RuntimeError(f"{self.name} printed no loop time:\n{''.join(seen[-40:])}")
 
     def path(self, state: str, ending: str) -> Path:
-        """File of a state."""
+        """Path of a state's file."""
         return self.folder / f"{state.replace(' ', '_')}.{ending}"
 
     def half_box(self) -> float:
@@ -86,7 +86,7 @@ class Peer:
         return (self.setup.plate_half_width_ratio + 4.0) * self.setup.scale_radius_m
 
     def young_modulus(self) -> float:
-        """E in Pa."""
+        """Young's modulus in Pa."""
         return liggghts.young_modulus(self.soil.shear_modulus_pa, self.soil.poisson_ratio)
 
     def tube_radius(self) -> float:
@@ -94,7 +94,7 @@ class Peer:
         return self.setup.tube_diameter_ratio * self.setup.scale_radius_m
 
     def write_grains(self, state: str, simulation) -> None:
-        """Write the data file: places and velocities."""
+        """Write the data file: positions and velocities."""
         grains, half = simulation.grains, self.half_box()
         top = 1.2 * grains.positions_m[:, 2].max() + 10 * self.soil.radius_m
         text = liggghts.data_text(
@@ -119,15 +119,15 @@ class Liggghts(Peer):
     atoms_note = ""
 
     def missing(self) -> bool:
-        """Whether the program is not there."""
+        """True if the program is not installed."""
         return shutil.which("liggghts") is None
 
     def command(self):
-        """How it is called."""
+        """Command line of the program."""
         return ["liggghts"]
 
     def version(self) -> str:
-        """As Debian's package says."""
+        """Version of the Debian package."""
         return liggghts.version()
 
     def write_input(self, state: str, skin_m: float, simulation) -> None:
@@ -170,15 +170,15 @@ class Lammps(Peer):
     atoms_note = "  # sphere"
 
     def missing(self) -> bool:
-        """Whether the program is not there."""
+        """True if the program is not installed."""
         return not Path(sys.executable).with_name("lmp").exists()
 
     def command(self):
-        """How it is called."""
+        """Command line of the program."""
         return [str(Path(sys.executable).with_name("lmp")), "-log", "none"]
 
     def version(self) -> str:
-        """As its help page says."""
+        """Version from the program's help page."""
         out = subprocess.run([*self.command(), "-h"], capture_output=True, text=True).stdout
         return next((line.split(" - ")[1].strip() for line in out.splitlines() if "Massively Parallel" in line), "unknown")
 

@@ -1,10 +1,10 @@
-"""What a campaign costs beside its simulations: planning it (a dry run), and starting each job.
+"""Overhead of a campaign: planning (a dry run), and the start of each job.
 
     .venv/bin/python benchmarks/planning.py             # dry runs of 50 (a study has no fewer) to 5000 simulations
-    .venv/bin/python benchmarks/planning.py --run 300   # and a real campaign of so many simulations of a moment each
+    .venv/bin/python benchmarks/planning.py --run 300   # and a real campaign of 300 very short simulations
 
-Every size is a study of its own in a temporary folder, with the project's rules and sources. Prints a table and,
-last, one JSON line. Beside wall time stands processor time, which a busy machine changes less.
+Every size is a separate study in a temporary folder, with the project's rules and sources. Prints a table and, last, one JSON line.
+Processor time is given in addition to wall time, because it depends less on the machine's load.
 """
 
 import argparse
@@ -22,16 +22,16 @@ import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
 SIZES = (50, 100, 300, 1000, 3000, 5000)
-#: The least that a study may ask for: values of rolling friction, radii, stresses on the lid, seeds of the base set.
+#: Minimum sizes that a study allows: values of rolling friction, radii, stresses on the lid, seeds of the base set.
 ROLLING, RADII_M, STRESSES_PA, LEAST_SEEDS = [0.1, 0.2, 0.3], [5.0e-5, 1.0e-4, 2.0e-4, 4.0e-4], [250.0, 500.0, 1000.0], 2
-#: Tests as small and short as the configuration allows.
+#: Smallest and shortest tests that the configuration allows.
 HEAP = {"n_particles": 50, "tube_diameter_ratio": 5.0, "plate_half_width_ratio": 20.0, "max_time_s": 1e-3}
 BOX = {"length_ratio": 10.0, "height_ratio": 8.0, "width_ratio": 5.0, "displacement_ratio": 0.05}
 QUICK = {"lift_speed_m_s": 1.0, "shear_inertial_number": 0.1, "repose_stiffness_reduction": 1000.0, "shear_stiffness_number": 200.0}
 
 
 def study(n: int) -> dict:
-    """A configuration with n simulations: values of static friction, and seeds of the screening's heaps for the rest."""
+    """Create a configuration with n simulations: values of static friction; the remainder are seeds of the screening's heaps."""
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
     at_a_point = 1 + len(STRESSES_PA)
     n_values = ((n - LEAST_SEEDS) // at_a_point - (len(RADII_M) - 1)) // len(ROLLING)
@@ -51,7 +51,7 @@ def study(n: int) -> dict:
 
 
 def project(folder: Path, n: int) -> Path:
-    """A folder in which snakemake runs a study of n simulations."""
+    """Create a folder in which snakemake runs a study of n simulations."""
     for name in ("config", "workflow", "profiles"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "Snakefile", folder)
@@ -61,7 +61,7 @@ def project(folder: Path, n: int) -> Path:
 
 
 def snakemake(folder: Path, *arguments: str) -> tuple[dict, str]:
-    """Wall and processor time, largest memory and output of a snakemake call; ends with its output when it fails."""
+    """Call snakemake; returns wall time, processor time, peak memory and output, or exits with the output if it fails."""
     command = [sys.executable, "-m", "snakemake", *arguments]
     environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
     begin = time.perf_counter()
@@ -76,13 +76,13 @@ def snakemake(folder: Path, *arguments: str) -> tuple[dict, str]:
 
 
 def planned(output: str) -> int:
-    """How many simulations a dry run wants to run."""
+    """Number of simulations that a dry run plans."""
     jobs = {words[0]: int(words[1]) for words in map(str.split, output.splitlines()) if len(words) == 2 and words[1].isdigit()}
     return jobs.get("simulate_repose", 0) + jobs.get("simulate_shear", 0)
 
 
 def dry_run(n: int) -> dict:
-    """Time and memory of planning n simulations."""
+    """Time and memory of a dry run of n simulations."""
     with tempfile.TemporaryDirectory() as folder:
         spent, output = snakemake(project(Path(folder), n), "-n", "all")
     if planned(output) != n:
@@ -91,11 +91,11 @@ def dry_run(n: int) -> dict:
 
 
 def overhead(n: int) -> dict:
-    """What n simulations take on one core beside themselves, in s for each: starting, planning, writing, measuring."""
+    """Overhead per simulation in s, of n simulations on one core: starting, planning, writing, measuring."""
     with tempfile.TemporaryDirectory() as name:
         folder = project(Path(name), n)
         results = folder / "results" / "planning"
-        snakemake(folder, "-c1", "results/planning/kernels.txt")  # compiles where that was not done yet
+        snakemake(folder, "-c1", "results/planning/kernels.txt")  # compiles the kernels if necessary
         spent, _ = snakemake(folder, "-c1", "results/planning/repose.parquet", "results/planning/shear.parquet")
         paths = results.glob("sims/*/*/timing.json")
         simulated = [time_s for path in paths for time_s in json.loads(path.read_text())["wall_time_s"].values()]
@@ -110,7 +110,7 @@ def overhead(n: int) -> dict:
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure and print the overhead."""
     parser = argparse.ArgumentParser(description="What a campaign costs beside its simulations.")
     parser.add_argument("--sizes", type=int, nargs="*", default=SIZES, help="numbers of simulations to plan")
     parser.add_argument("--run", type=int, default=0, help="also make a campaign of so many simulations of a moment each")

@@ -2,8 +2,8 @@
 
     python benchmarks/scale.py [largest number of grains]
 
-A bed of the paper's base set (type A), endless by periodic faces, comes to rest once; the larger beds are made of copies of it, so
-that every grain has the same neighbours in all of them. The last line is JSON.
+A periodic bed of the paper's base set (type A) comes to rest once. The larger beds consist of copies of it, so that every grain has
+the same neighbours in all of them. The last line is JSON.
 """
 
 import json
@@ -20,12 +20,12 @@ TILE_GRAINS, DEPTH_GRAINS = 3000, 24
 SIDE_M = RADIUS_M * np.sqrt(TILE_GRAINS / DEPTH_GRAINS * 4.0)
 SETTLE_S, AGAIN_STEPS = 0.2, 2000
 WINDOW_GRAIN_STEPS = 60_000_000
-#: Copies along x and y.
+#: Number of copies along x and y.
 COPIES = ((1, 1), (2, 2), (3, 3), (6, 6), (10, 10))
 
 
 def empty_bed(copies: tuple[int, int], threads: int) -> Simulation:
-    """A floor, endless along x and y."""
+    """Create a floor with periodic boundaries along x and y."""
     far = 2.0 * SIDE_M * max(copies)
     return Simulation(
         materials={"soil": Material(density_kg_m3=3000.0, poisson_ratio=0.2, shear_modulus_pa=5e5)},
@@ -39,7 +39,7 @@ def empty_bed(copies: tuple[int, int], threads: int) -> Simulation:
 
 
 def settled_tile() -> Simulation:
-    """TILE_GRAINS grains at rest, some DEPTH_GRAINS deep."""
+    """Create a tile of TILE_GRAINS grains at rest, about DEPTH_GRAINS deep."""
     simulation = empty_bed((1, 1), threads=1)
     region = BoxRegion(low_m=(0.0, 0.0), high_m=(SIDE_M, SIDE_M), bottom_m=0.0)
     simulation.add_factory(Factory(n_grains=TILE_GRAINS, region=region, sizes=Sizes(mean_m=RADIUS_M), material="soil", seed=1))
@@ -48,7 +48,7 @@ def settled_tile() -> Simulation:
 
 
 def bed(tile: Simulation, copies: tuple[int, int], threads: int) -> Simulation:
-    """Copies of a tile side by side, at rest again."""
+    """Create a bed from adjacent copies of a tile, at rest."""
     simulation = empty_bed(copies, threads)
     grains = tile.grains
     for x in range(copies[0]):
@@ -60,14 +60,14 @@ def bed(tile: Simulation, copies: tuple[int, int], threads: int) -> Simulation:
 
 
 def speed(simulation: Simulation) -> float:
-    """Million grain-steps per second over WINDOW_GRAIN_STEPS, one call."""
+    """Million grain-steps per second of one call over WINDOW_GRAIN_STEPS."""
     steps, start = WINDOW_GRAIN_STEPS // simulation.n_grains, time.perf_counter()
     simulation.advance(steps)
     return steps * simulation.n_grains / (time.perf_counter() - start) / 1e6
 
 
 def memory_bytes(simulation: Simulation) -> int:
-    """Bytes of all arrays that the simulation holds."""
+    """Total size in bytes of all arrays of the simulation."""
     arrays = {}
 
     def collect(value):
@@ -84,7 +84,7 @@ def memory_bytes(simulation: Simulation) -> int:
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure and print the costs."""
     largest = int(sys.argv[1]) if len(sys.argv) > 1 else 300_000
     tile, rows = settled_tile(), []
     for copies in [copies for copies in COPIES if TILE_GRAINS * np.prod(copies) <= largest]:

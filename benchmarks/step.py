@@ -1,10 +1,10 @@
-"""Where the time of one step goes: the kernels of the loop timed one by one on the state of a running simulation.
+"""Time of one step by stage: each kernel of the loop is timed separately on the state of a running simulation.
 
     python benchmarks/step.py
 
-The paper's base set at rest in its tube, while the tube is lifted, and as a heap at rest; vector code, one thread. Stages are run
-many times over on a frozen state, best of several windows; list upkeep is spread over the steps between two upkeeps. The last line
-is JSON.
+The paper's base set at rest in its tube, during the lift, and as a heap at rest; vector code, one thread. Stages are repeated many
+times on a frozen state; the best of several windows counts. The time of list updates is divided by the steps between two updates.
+The last line is JSON.
 """
 
 import json
@@ -32,7 +32,7 @@ def gather(n, grains, contacts, buffer, access):
 
 @jit
 def contact(n, grains, contacts, buffer, model):
-    """Gather and contact stage of all pairs n times."""
+    """Run the gather and contact stages of all pairs n times."""
     for _ in range(n):
         for k0 in range(0, contacts.count[0] - BLOCK + 1, BLOCK):
             first, second = contacts.first[k0 : k0 + BLOCK], contacts.second[k0 : k0 + BLOCK]
@@ -61,14 +61,14 @@ def wall(n, run, dt):
 
 @jit
 def integrate(n, grains, loads, which, gravity, dt, zero):
-    """Motion n times."""
+    """Integrate the motion n times."""
     for _ in range(n):
         vectors.integrate(grains, loads, which, gravity, dt, zero)
 
 
 @jit
 def prune(n, run, cutoff):
-    """Save and prune n times."""
+    """Save the springs and prune the lists n times."""
     for _ in range(n):
         schedule.save(run.lists.pairs.contacts, run.lists.pairs.outer.history, None)
         schedule.prune(run.state, run.lists.pairs, cutoff, run.model, None)
@@ -76,20 +76,20 @@ def prune(n, run, cutoff):
 
 @jit
 def rebuild(n, run, skin):
-    """New outer lists n times."""
+    """Rebuild the outer lists n times."""
     for _ in range(n):
         loop.rebuild(run, skin)
 
 
 def copied(values: np.ndarray, quarter: int) -> np.ndarray:
-    """A copy that begins at the same place in a page as the simulation's own array."""
+    """Copy an array with the same alignment within a memory page as the simulation's own."""
     copy = aligned_zeros(values.size, values.dtype, quarter)
     copy[:] = values
     return copy
 
 
 def best_us(function, *arguments, repeats: int = REPEATS) -> float:
-    """Microseconds of one repeat."""
+    """Time of one repeat in microseconds, best of several windows."""
     function(1, *arguments)
     times = []
     for _ in range(WINDOWS):
@@ -100,7 +100,7 @@ def best_us(function, *arguments, repeats: int = REPEATS) -> float:
 
 
 def counted_steps(simulation) -> tuple[float, float, float]:
-    """(microseconds of a step, rebuilds and prunings per step) over STEPS steps."""
+    """Return (microseconds per step, rebuilds and prunings per step) over STEPS steps."""
     totals, kernel = np.zeros(3), loop.advance
 
     def counting(*arguments):
@@ -119,7 +119,7 @@ def counted_steps(simulation) -> tuple[float, float, float]:
 
 
 def profile(s) -> dict[str, float]:
-    """Microseconds per step of every stage."""
+    """Time of every stage in microseconds per step."""
     step_us, rebuilds, prunings = counted_steps(s)
     fastest = float(np.linalg.norm(s.grains.velocities_m_s, axis=1).max())
     cutoff, surface_cutoff = loop.cutoffs(fastest * s.time_step_s, 0.0, s._runner.skin)

@@ -1,8 +1,8 @@
-"""What generality costs: the base set beside spread radii, two materials, type C rolling and float64 contacts.
+"""Cost of generality: the base set compared with distributed radii, two materials, type C rolling and float64 contacts.
 
     python benchmarks/variants.py
 
-One thread, the states of `engine.py`, windows of all variants in turns. The last line is JSON.
+One thread, the states of `engine.py`, alternating windows of all variants. The last line is JSON.
 """
 
 import json
@@ -20,7 +20,7 @@ N_WINDOWS = 12
 
 
 def two_materials() -> dict[str, Simulation]:
-    """The base set, half of the grains of a second material with the same properties."""
+    """Create the base set with half of the grains of a second material with the same properties."""
     half = SETUP.n_particles // 2
     simulation = angle_of_repose.build(SOIL, replace(SETUP, n_particles=half), Engine(), seed=1)
     for other in ("plate", "tube"):
@@ -32,7 +32,7 @@ def two_materials() -> dict[str, Simulation]:
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure and print the speeds."""
     ready = {
         "base set": prepare(SOIL, STATES[:2]),
         "radii spread by 10 %": prepare(replace(SOIL, radius_sd_ratio=0.1), STATES[:2]),

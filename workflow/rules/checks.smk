@@ -1,4 +1,4 @@
-# Checks: what the acceleration costs in accuracy.
+# Checks: accuracy of the accelerated simulations.
 
 
 rule check_acceleration:
@@ -11,6 +11,6 @@ rule check_acceleration:
     params:
         code=CODE.of_script("check_acceleration"),
     message:
-        "Compare the accelerated simulations with the paper's fidelity, beside the seeds' scatter."
+        "Compare the accelerated simulations with the paper's fidelity, relative to the scatter between seeds."
     script:
         "../scripts/check_acceleration.py"

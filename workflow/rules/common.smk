@@ -1,4 +1,4 @@
-# What the files of rules share: the checked configuration, the design, batches of simulations, fingerprints of the code.
+# Shared by all rule files: the checked configuration, the design, batches of simulations, fingerprints of the code.
 import functools
 
 from snakemake.exceptions import WorkflowError
@@ -33,7 +33,7 @@ from virtual_soil.exports import PROGRAMS
 
 
 def in_words(function, *arguments):
-    """The function's result; an error that its message explains is shown without a traceback."""
+    """Return the function's result; input errors are shown as one line, without a traceback."""
     try:
         return function(*arguments)
     except InputError as error:
@@ -44,45 +44,47 @@ in_words(check_files, workflow.overwrite_configfiles or ["config/config.yaml"])
 in_words(check_config, config)
 # Remove `soil` from the configuration: it must not trigger reruns.
 FIRST_ANSWERS = in_words(first_answer_soils, config.pop("soil", None), config)
-# nor does how often a simulation is saved
+# Nor must the checkpoint interval.
 CHECKPOINT_INTERVAL_S = str(
     config.pop("checkpoint_interval_s")
-)  # resources are integers or text
-# nor how simulations are shared out among jobs
+)  # Snakemake resources are integers or strings
+# Nor must the batch size.
 BATCH_MINUTES = config.pop("batch_minutes")
 in_words(check_soils, config)
 
 RESULTS = f"results/{config['study']}"
 LOGS = f"logs/{config['study']}"
 
-# The campaign is known beforehand. Later stages simulate where the optima lie: rounds of refinement, then the verification.
+# The simulations of the campaign are known at the start. Those of the later stages (rounds of refinement, then the verification)
+# depend on the optima.
 DESIGN = in_words(design_rows, config)
 SIMULATIONS = in_words(simulations, config, DESIGN)
 ROUNDS = config["refine"]["rounds"]
 LAST = f"{RESULTS}/rounds/{ROUNDS}"
-# where the tables of what was simulated after the campaign lie, below the results
+# Folders of the later stages' tables, below the results.
 LATER_STAGES = later_stages(ROUNDS)
 
-# The engine's fingerprint is part of the identity of a simulation. Every rule carries `code`, the fingerprint of all that its script
-# imports: Snakemake watches the script alone, and by its time (profiles/default switches that off).
+# The engine's fingerprint is part of a simulation's identity. Every rule has the parameter `code`: the fingerprint of its script and
+# of all modules that the script imports. Snakemake itself compares only the script's modification time (profiles/default disables
+# that).
 CODE = Code(Path(workflow.basedir))
 ENGINE = CODE.of_package("src/dem", without="src/dem/measure")
 
-# The names of the experiments, and the tables that they reduce their runs to.
+# Names of the experiments.
 TESTS = [experiment.NAME for experiment in reversed(EXPERIMENTS)]
-# The modules that read laboratory files.
+# Modules that read laboratory files.
 LABORATORY = [
     module_of(experiment.NAME, "laboratory")
     for experiment in EXPERIMENTS
     if experiment.LABORATORY
 ]
-# The modules that simulate, and those that the report describes the experiments by.
+# Modules that simulate, and modules that describe the experiments in the report.
 SIMULATED = [module_of(name, "simulate") for name in TESTS]
 DESCRIBED = [f"virtual_soil.report.experiments.{name}" for name in TESTS]
-# Every table of the campaign that holds responses.
+# Names of all tables of responses.
 MEASURED = list(dict.fromkeys([*TESTS, *REDUCED]))
 
-# Fingerprints of code do not see the templates; they and the card's schema are input files.
+# The code fingerprint does not cover the templates and the card's schema, so they are input files.
 CASES = [case["case"] for case in config["optimise"]["cases"]]
 EXPORT_FILES = [name for name, _ in PROGRAMS.values()]
 EXPORT_TEMPLATES = [
@@ -99,11 +101,11 @@ wildcard_constraints:
     case=r"[\w-]+",
     experiment="|".join(TESTS),
     reduced="|".join(REDUCED),
-    # where a stage's tables lie below results/<study>; the campaign's lie right there
+    # folder of a stage's tables below results/<study>; empty for the campaign
     stage=r"|/rounds/\d+|/verification",
 
 
-# what takes a second or two, and reads small tables only: on a cluster a job would cost ten
+# Rules that take a second or two and read only small tables. As a cluster job each would take ten seconds.
 localrules:
     all,
     animations,
@@ -127,7 +129,7 @@ localrules:
 
 
 def stage_rows(stage):
-    """What a stage simulates, by simulation; that of a later stage is read from its design, which must be there."""
+    """Return the design rows of a stage by simulation; those of a later stage are read from its design table, which must exist."""
     if not stage:
         return SIMULATIONS
     path = Path(f"{RESULTS}{stage}") / "design.parquet"
@@ -136,12 +138,12 @@ def stage_rows(stage):
 
 @functools.cache
 def proposed_simulations(path, changed_ns):
-    """What a later stage simulates by its design as it was at a time; the same dict until that changes."""
+    """Return the design rows of a later stage by simulation; cached until the file's modification time changes."""
     return in_words(simulations, config, in_words(proposed_rows, path))
 
 
 def settings_of(row):
-    """The settings of one simulation's experiment at its fidelity."""
+    """Settings of a simulation's experiment at its fidelity."""
     return experiment_settings(config, row)
 
 
@@ -149,7 +151,7 @@ BATCHES = {}
 
 
 def stage_batches(stage, experiment):
-    """Batch -> ids of its simulations, of one experiment in a stage."""
+    """Return batch -> ids of its simulations, for one experiment in a stage."""
     rows = stage_rows(stage)
     known, found = BATCHES.get((stage, experiment), (None, {}))
     if known is not rows:
@@ -164,7 +166,7 @@ def stage_batches(stage, experiment):
 
 
 def members_of(batch, experiment):
-    """Design row and settings of every simulation in a batch."""
+    """Return design row and settings of every simulation in a batch."""
     stages = planned_stages(RESULTS) if stage_of(batch) is None else [stage_of(batch)]
     for stage in stages:
         rows = stage_rows(stage)
@@ -177,7 +179,7 @@ def members_of(batch, experiment):
 
 
 def file_of(simulation, experiment, file):
-    """The file of a batch that holds a simulation."""
+    """Return the path of a file of the batch that contains a simulation."""
     for stage in planned_stages(RESULTS):
         for batch, names in stage_batches(stage, experiment).items():
             if simulation in names:
@@ -188,34 +190,34 @@ def file_of(simulation, experiment, file):
 
 
 def members(wildcards, input):
-    """Parameter function: what a batch simulates. It asks for the input so that Snakemake records only its digest."""
+    """Parameter function: simulations of a batch. With the argument `input`, Snakemake records only `members_digest`."""
     return members_of(wildcards.batch, wildcards.experiment)
 
 
 def members_digest(wildcards):
-    """Parameter function: a change in any simulation of a batch changes this, and so reruns just that batch."""
+    """Parameter function: digest of a batch's simulations; a change in any of them reruns only this batch."""
     return digest(members_of(wildcards.batch, wildcards.experiment))
 
 
 def batch_runtime(wildcards, attempt):
-    """Resource function: minutes to ask a scheduler for; more at every attempt."""
+    """Resource function: requested run time in minutes; increases with every attempt."""
     return runtime_min(members_of(wildcards.batch, wildcards.experiment), attempt)
 
 
 def batch_memory(wildcards, attempt):
-    """Resource function: memory in MB to ask a scheduler for; more at every attempt."""
+    """Resource function: requested memory in MB; increases with every attempt."""
     return memory_mb(members_of(wildcards.batch, wildcards.experiment), attempt)
 
 
 def code_with(script, part):
-    """Parameter function: code of a script, and of a module of the experiment that it works on."""
+    """Parameter function: fingerprint of a script and of one module of its experiment."""
     return lambda wildcards: CODE.of_script(
         script, module_of(wildcards.experiment, part)
     )
 
 
 def stored_in_stage(stage, experiment, file):
-    """A file of every batch of one experiment in a stage; of a later stage when its checkpoint has run."""
+    """Return a file of every batch of one experiment in a stage; later stages wait for their checkpoint."""
     if stage.endswith("verification"):
         checkpoints.verification_design.get()
     elif stage:
@@ -225,20 +227,20 @@ def stored_in_stage(stage, experiment, file):
 
 
 def simulated(file):
-    """Input function: a file of every batch of the experiment in a stage."""
+    """Input function: one file of every batch of the experiment in a stage."""
     return lambda wildcards: stored_in_stage(
         wildcards.stage, wildcards.experiment, file
     )
 
 
 def measured_from(wildcards):
-    """Input function: the stored tables that an experiment measures from."""
+    """Input function: stored tables from which an experiment measures its responses."""
     file = f"{BY_NAME[wildcards.experiment].MEASURED_FROM}.parquet"
     return stored_in_stage(wildcards.stage, wildcards.experiment, file)
 
 
 def simulated_in_all(file):
-    """Input function: a file of every simulation of all experiments in all stages."""
+    """Input function: one file of every batch of all experiments in all stages."""
     return lambda wildcards: list(
         dict.fromkeys(
             path
@@ -250,14 +252,14 @@ def simulated_in_all(file):
 
 
 def base_settings(experiment):
-    """Design row of an experiment at the base point, without what it is for, and its settings."""
+    """Return design row (without its purposes) and settings of an experiment at the base point."""
     row = base_simulation(config, DESIGN, experiment)
     settings = experiment_settings(config, row)
     return {key: value for key, value in row.items() if key != "purposes"}, settings
 
 
 def known_tables(wildcards):
-    """Input function: the tables of responses of the campaign and of all rounds up to this one."""
+    """Input function: tables of responses of the campaign and of all rounds up to this one."""
     rounds = [f"{RESULTS}/rounds/{k}" for k in range(1, int(wildcards.round) + 1)]
     return [
         f"{folder}/{name}.parquet" for folder in (RESULTS, *rounds) for name in MEASURED
@@ -265,5 +267,5 @@ def known_tables(wildcards):
 
 
 def previous(name):
-    """Input function: a file of the round before."""
+    """Input function: a file of the previous round."""
     return lambda wildcards: f"{RESULTS}/rounds/{int(wildcards.round) - 1}/{name}"

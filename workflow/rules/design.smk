@@ -1,4 +1,4 @@
-# Step 3a: choose the parameter sets (screening, grid, radius sweep, checks) and prepare the kernels.
+# Step 3a: choose the parameter sets (screening, grid, radius sweep, checks) and compile the kernels.
 
 
 rule design:
@@ -6,7 +6,7 @@ rule design:
         table=f"{RESULTS}/design.parquet",
     log:
         f"{LOGS}/design.log",
-    # first of all, so that `make status` knows what is to come
+    # runs first: `make status` reads the design
     priority: 2
     params:
         rows=lambda wildcards, input: DESIGN,
@@ -28,6 +28,6 @@ rule compile_kernels:
         settings=config["engine"],
         code=CODE.of_script("compile_kernels"),
     message:
-        "Compile the engine's kernels once, before the simulations fan out."
+        "Compile the engine's kernels once, before the simulations start."
     script:
         "../scripts/compile_kernels.py"

@@ -1,4 +1,4 @@
-# Step 3: the virtual tests. Every experiment is simulated, measured and, where it needs several runs for a response, reduced.
+# Step 3: the virtual tests. Every experiment is simulated and measured. Responses that need several runs are then reduced.
 
 
 rule simulate:
@@ -12,7 +12,7 @@ rule simulate:
         timing=f"{RESULTS}/sims/{{experiment}}/{{batch}}/timing.json",
     log:
         f"{LOGS}/{{experiment}}/{{batch}}.log",
-    # long jobs first, so that at the end no core waits for one of them
+    # long jobs first: otherwise cores are idle at the end
     priority: 1
     threads: 1
     resources:
@@ -64,6 +64,6 @@ rule reduce:
             "reduce", module_of(REDUCED[wildcards.reduced].NAME, "measure")
         ),
     message:
-        "Fit the {wildcards.reduced} of every design point to its runs."
+        "Determine the {wildcards.reduced} of every design point from its runs."
     script:
         "../scripts/reduce.py"

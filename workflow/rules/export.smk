@@ -1,4 +1,4 @@
-# What others can use: a material card and input for other DEM programs, a folder for each case.
+# Exports: a material card and input files for other DEM programs, one folder per case.
 
 
 rule export:
@@ -21,6 +21,6 @@ rule export:
         },
         code=CODE.of_script("export"),
     message:
-        "Write the material card of {wildcards.case} and its input for other DEM programs."
+        "Write the material card and the input files for other DEM programs; case {wildcards.case}."
     script:
         "../scripts/export.py"

@@ -1,4 +1,5 @@
-# A first answer in seconds, without any simulation: on the tables of docs/reference, for one soil (--config soil=...) or the study's.
+# First answer in seconds, without simulations: calibration on the tables of docs/reference, for one soil (--config soil=...) or for
+# all soils of the study.
 
 REFERENCE = "docs/reference"
 
@@ -21,7 +22,7 @@ rule estimate_from_reference:
         uncertainty=config["uncertainty"],
         code=CODE.of_script("estimate_from_reference", *LABORATORY),
     message:
-        "Calibrate {wildcards.soil} on the reference tables, without any simulation."
+        "Calibrate {wildcards.soil} on the reference tables, without simulations."
     script:
         "../scripts/estimate_from_reference.py"
 

@@ -1,4 +1,4 @@
-# What a finished study consists of, and whether it is still so.
+# Manifest of a finished study, and the comparison of its files with it.
 
 
 rule manifest:
@@ -13,12 +13,12 @@ rule manifest:
     params:
         code=CODE.of_script("manifest"),
     message:
-        "List every file of the finished study with its SHA-256."
+        "List every file of the finished study with its SHA-256 checksum."
     script:
         "../scripts/manifest.py"
 
 
-# No input: what a rule reads may be made anew first, and a file that was changed by hand would go into a new manifest.
+# No input: Snakemake could rebuild an input first, and a manually changed file would then enter a new manifest.
 rule check_manifest:
     log:
         f"{LOGS}/check_manifest.log",
@@ -26,6 +26,6 @@ rule check_manifest:
         folder=RESULTS,
         code=CODE.of_script("check_manifest"),
     message:
-        "Compare every file of the study with its manifest."
+        "Compare every file of the study with the manifest."
     script:
         "../scripts/check_manifest.py"

@@ -21,6 +21,6 @@ rule measure_soils:
         material=config["material"],
         code=CODE.of_script("measure_soils", *LABORATORY),
     message:
-        "Collect the targets: measured responses of the real soils, and of hidden twins."
+        "Collect the targets: measured responses of the real soils and of the hidden twins."
     script:
         "../scripts/measure_soils.py"

@@ -1,4 +1,4 @@
-# Step 4: find the grain parameters whose soil behaves like the real one.
+# Step 4: find the grain parameters whose responses match the targets.
 
 
 rule reachability:
@@ -56,6 +56,6 @@ rule calibrate_as_published:
         design=config["design"],
         code=CODE.of_script("calibrate_as_published"),
     message:
-        "Optimise as the paper does: on the polynomials of our campaign, and on those that it prints."
+        "Optimise with the paper's method, on the polynomials fitted to our campaign and on the published ones."
     script:
         "../scripts/calibrate_as_published.py"

@@ -1,5 +1,5 @@
-# Not part of `all`: films of every experiment at the base point, and files for ParaView: the same films, and stored grains.
-# The moments of every test of which the grains are stored.
+# Not part of `all`: films of every experiment at the base point as GIF and for ParaView, and stored grains for ParaView.
+# Moments of every test at which the grains are stored.
 MOMENTS = ["before", "after"]
 
 
@@ -29,7 +29,7 @@ rule animate:
         engine=ENGINE,
         code=CODE.of_script("animate", *DESCRIBED, *SIMULATED),
     message:
-        "Repeat the {wildcards.experiment} test of the base point and film it, as a GIF and for ParaView."
+        "Repeat the {wildcards.experiment} test at the base point and record it as a GIF and for ParaView."
     script:
         "../scripts/animate.py"
 
@@ -56,6 +56,6 @@ rule grains_vtu:
     params:
         code=CODE.of_script("grains_vtu"),
     message:
-        "Write {wildcards.moment} of simulation {wildcards.simulation} for ParaView."
+        "Write the grains of simulation {wildcards.simulation} ({wildcards.moment} the test) for ParaView."
     script:
         "../scripts/grains_vtu.py"

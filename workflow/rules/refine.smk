@@ -1,4 +1,4 @@
-# Beyond the paper: simulate where the optima lie, fit and optimise again. Each round's state is kept in rounds/<k>.
+# Beyond the paper: simulate near the optima, then fit and optimise again. Each round's tables are kept in rounds/<k>.
 
 
 checkpoint refinement_design:
@@ -22,7 +22,7 @@ checkpoint refinement_design:
         },
         code=CODE.of_script("refinement_design"),
     message:
-        "Choose points near the optima of the round before; round {wildcards.round}."
+        "Choose points near the optima of the previous round; round {wildcards.round}."
     script:
         "../scripts/refinement_design.py"
 
@@ -42,6 +42,6 @@ rule compare_round:
         settings={name: config[name] for name in TESTS},
         code=CODE.of_script("verify"),
     message:
-        "Compare the optima of the round before with their simulations; round {wildcards.round}."
+        "Compare the optima of the previous round with their simulations; round {wildcards.round}."
     script:
         "../scripts/verify.py"

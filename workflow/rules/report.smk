@@ -1,4 +1,4 @@
-# The report: tables and figures of the paper, ours beside the paper's, and what goes beyond.
+# The report: tables and figures of the paper with our results, and further analyses.
 from virtual_soil.report.contents import (
     ANSWER,
     FIGURES,
@@ -16,7 +16,7 @@ REPORTED = [
 ]
 
 
-# The simulation whose lift is recorded: design row and settings.
+# Design row and settings of the simulation whose lift is recorded.
 LIFT = base_settings(recorded.NAME)
 
 
@@ -36,7 +36,7 @@ rule record_lift:
         engine=ENGINE,
         code=CODE.of_script("record_lift", module_of(recorded.NAME, "simulate")),
     message:
-        "Repeat the heap of the base point and record the lift of the tube."
+        "Repeat the heap at the base point and record the lift of the tube."
     script:
         "../scripts/record_lift.py"
 
@@ -82,6 +82,6 @@ rule report:
         versions=versions(),
         code=CODE.of_script("report", *DESCRIBED),
     message:
-        "Write the report."
+        "Write the report with its figures and tables."
     script:
         "../scripts/report.py"

@@ -1,9 +1,9 @@
-# How Snakemake is to wait for jobs.
+# Scheduling of jobs.
 
 
 onstart:
-    # Where job starts per second are limited, as they are by default, Snakemake 9 starts a timer whenever it has looked at the
-    # jobs, and each has it look again after a second: one more timer for every job that has ended, a tenth of a core after 100 jobs.
-    # Jobs on this machine wait for a core anyway; on a cluster the limit stays.
+    # Disable the limit on job starts per second for local jobs. With the limit (the default), Snakemake 9 starts a timer at every
+    # scheduler pass, and each timer triggers a further pass after one second. The number of timers grows with every finished job;
+    # after 100 jobs the scheduler uses a tenth of a core. Local jobs are limited by the number of cores; cluster jobs keep the limit.
     if workflow.local_exec:
         workflow.scheduler.job_rate_limiter = None

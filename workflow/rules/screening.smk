@@ -1,4 +1,4 @@
-# Step 2: which grain parameters matter.
+# Step 2: screen the influence of the grain parameters.
 
 
 rule screening:
@@ -13,6 +13,6 @@ rule screening:
         screening=config["screening"],
         code=CODE.of_script("screening"),
     message:
-        "Compare a response after one change at a time with the base set (Table 2)."
+        "Change one grain parameter at a time and compare the response with the base set (Table 2)."
     script:
         "../scripts/screening.py"

@@ -1,4 +1,4 @@
-# Step 3b: fit f(mu_s, mu_r) g(r) and a Gaussian process for each property; again in every round of refinement.
+# Step 3b: fit f(mu_s, mu_r) g(r) and a Gaussian process to each response; repeated in every round of refinement.
 
 
 rule fit_surrogates:

@@ -1,12 +1,12 @@
-# Verification of the engine: published and closed-form results, and the page that lists them. Not part of a study.
+# Verification of the engine against published and closed-form results, and the page that lists them. Not part of a study.
 
 GROUPS = [
     *("normal_impact", "oblique_impact", "friction"),
     *("conservation", "invariance", "rest", "energy"),
 ]
-# Heaps and shear tests over many seeds are run in so many parts.
+# Parts into which the heaps and shear tests over many seeds are divided.
 BULK_PARTS = range(16)
-# `make check-peers` writes it where LIGGGHTS is installed.
+# Written by `make check-peers`, which needs LIGGGHTS.
 PEERS = "results/verification/peers.parquet"
 FIGURES = ["restitution", "oblique_impact", "bulk"]
 VERIFICATION = CODE.of_package("src/virtual_soil/verification")
@@ -32,7 +32,7 @@ rule check_engine:
         cases=VERIFICATION,
         code=CODE.of_script("check_engine"),
     message:
-        "Compare the engine with published and closed-form results: {wildcards.group}."
+        "Compare the engine with published and closed-form results; group {wildcards.group}."
     script:
         "../scripts/check_engine.py"
 
@@ -48,7 +48,7 @@ rule check_bulk_part:
         parts=len(BULK_PARTS),
         code=CODE.of_script("check_bulk_part"),
     message:
-        "Heaps and shear tests over seeds, with one thing changed at a time: part {wildcards.part}."
+        "Simulate heaps and shear tests over many seeds, changing one setting at a time; part {wildcards.part}."
     script:
         "../scripts/check_bulk_part.py"
 
@@ -65,7 +65,7 @@ rule check_bulk:
         cases=VERIFICATION,
         code=CODE.of_script("check_bulk"),
     message:
-        "Compare heaps and shear tests with each other and with what is published."
+        "Compare the heaps and shear tests with each other and with published results."
     script:
         "../scripts/check_bulk.py"
 
@@ -85,6 +85,6 @@ rule verification_page:
         cases=VERIFICATION,
         code=CODE.of_script("verification_page"),
     message:
-        "Write the verification page."
+        "Write the verification page with its figures."
     script:
         "../scripts/verification_page.py"

@@ -1,4 +1,4 @@
-# Beyond the paper: how sure the answer is, and whether simulating it gives what was predicted.
+# Beyond the paper: uncertainty of the calibration, and comparison of the predictions with simulations of the optima.
 
 
 rule uncertainty:
@@ -18,7 +18,7 @@ rule uncertainty:
         uncertainty=config["uncertainty"],
         code=CODE.of_script("uncertainty"),
     message:
-        "Sample the parameters that are consistent with each soil, given all known errors."
+        "Sample the posterior of the grain parameters of each soil, given all known errors."
     script:
         "../scripts/uncertainty.py"
 
@@ -50,7 +50,7 @@ rule check_coverage:
         design=config["design"],
         code=CODE.of_script("check_coverage"),
     message:
-        "Calibrate every simulated point as if it were an unknown soil: is the truth in the 95 % region?"
+        "Calibrate every simulated point as an unknown soil and count how often its 95 % region contains the truth."
     script:
         "../scripts/check_coverage.py"
 
@@ -72,7 +72,7 @@ rule twins:
         uncertainty=config["uncertainty"],
         code=CODE.of_script("twins"),
     message:
-        "Compare the hidden twins' true parameters with what the calibration found."
+        "Compare the true parameters of the hidden twins with the calibrated ones."
     script:
         "../scripts/twins.py"
 
@@ -89,7 +89,7 @@ checkpoint verification_design:
         verify=config["verify"],
         code=CODE.of_script("verification_design"),
     message:
-        "List the simulations of every optimum, with seeds that no fit has seen."
+        "List the simulations of every optimum, with seeds that no fit has used."
     script:
         "../scripts/verification_design.py"
 
@@ -109,7 +109,7 @@ rule verify:
         settings={name: config[name] for name in TESTS},
         code=CODE.of_script("verify"),
     message:
-        "Compare the optima with their simulations."
+        "Compare the predicted responses of the optima with their simulations."
     script:
         "../scripts/verify.py"
 
@@ -139,6 +139,6 @@ rule conclude:
         uncertainty=config["uncertainty"],
         code=CODE.of_script("conclude"),
     message:
-        "Put the answer together: optima with intervals, and whether simulating them confirms it."
+        "Combine the optima with their intervals and with the verdicts of their simulations."
     script:
         "../scripts/conclude.py"

@@ -1,4 +1,4 @@
-"""Adapt rule `calibrate_as_published` to `calibration.calibrate`: on our polynomials and on those that the paper prints."""
+"""Adapt rule `calibrate_as_published` to `calibration.calibrate`, with our polynomials and with the published ones."""
 
 import pandas as pd
 

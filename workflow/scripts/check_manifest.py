@@ -1,4 +1,4 @@
-"""Adapt rule `check_manifest` to `virtual_soil.campaign.manifest`: print every file that is not as it was written; such fail."""
+"""Adapt rule `check_manifest` to `virtual_soil.campaign.manifest`: print every file that differs from the manifest; fail if any."""
 
 import sys
 
@@ -18,6 +18,6 @@ def main(folder):
 
 
 if __name__ == "__main__":
-    # what it finds is for the person who asks; only errors go to the log
+    # differences are printed on the terminal; only errors go to the log
     sys.stderr = open(snakemake.log[0], "w", buffering=1, encoding="utf-8")  # noqa: SIM115 (open until the process ends)
     sys.exit(main(snakemake.params.folder))

@@ -1,4 +1,4 @@
-"""Adapt rule `compile_kernels` to `dem.compiled`: the kernels that the campaign needs, compiled once, before the jobs fan out."""
+"""Adapt rule `compile_kernels` to `dem.compiled`: compile the campaign's kernels once, before the jobs start."""
 
 from _log import log_to
 from dem import compiled, jit

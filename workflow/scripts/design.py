@@ -1,4 +1,4 @@
-"""Adapt rule `design`: write the design that the Snakefile expanded."""
+"""Adapt rule `design`: write the design table expanded by the Snakefile."""
 
 import pandas as pd
 

@@ -12,7 +12,7 @@ from virtual_soil.campaign.tables import read_provenance, write_table
 
 
 def main(files, params, output, provenance):
-    # the reference's own design and material: the study's may differ
+    # design and material of the reference: those of the study may differ
     design, material = read_provenance(files.calibration)["design"], read_provenance(files.verification)["material"]
     tables = read_tables(files.tables)
     soils = measure_soil(files.soil)
@@ -26,5 +26,5 @@ def main(files, params, output, provenance):
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
-    with threadpool_limits(1):  # the same sums, so the same samples, on any number of cores
+    with threadpool_limits(1):  # one thread: identical sums, hence identical samples, on any number of cores
         main(snakemake.input, snakemake.params, snakemake.output, {"rule": snakemake.rule, **dict(snakemake.params.items())})

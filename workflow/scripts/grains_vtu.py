@@ -1,4 +1,4 @@
-"""Adapt rule `grains_vtu` to `virtual_soil.report.paraview`: grains of one stored file."""
+"""Adapt rule `grains_vtu` to `virtual_soil.report.paraview`: convert one file of stored grains."""
 
 from _log import log_to
 from virtual_soil.campaign.files import whole
@@ -9,7 +9,7 @@ PLACES = ["x_m", "y_m", "z_m"]
 
 
 def main(grains_path, simulation, path):
-    """Write the grains; every column except the positions becomes point data."""
+    """Write the grains; all columns except the positions are point data."""
     grains = read_simulation(grains_path, "grains", simulation).drop(columns="simulation")
     if grains.empty:
         raise TableError(f"{grains_path}: holds no grains of {simulation}, as it failed; run.parquet beside it says why.")

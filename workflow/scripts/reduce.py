@@ -1,4 +1,4 @@
-"""Adapt rule `reduce` to an experiment's own `measure.reduce`."""
+"""Adapt rule `reduce` to the `measure.reduce` of an experiment."""
 
 from _log import log_to
 from virtual_soil.campaign.measure import reduced_table

@@ -1,4 +1,4 @@
-"""Adapt rule `uncertainty` to `calibration.sample` and what follows from the samples."""
+"""Adapt rule `uncertainty` to `calibration.sample` and the tables derived from the samples."""
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
@@ -26,5 +26,5 @@ def main(files, params, output, provenance):
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
-    with threadpool_limits(1):  # the same sums, so the same samples, on any number of cores
+    with threadpool_limits(1):  # one thread: identical sums, hence identical samples, on any number of cores
         main(snakemake.input, snakemake.params, snakemake.output, {"rule": snakemake.rule, **dict(snakemake.params.items())})

@@ -1,1 +1,1 @@
-"""The campaign without Snakemake: from a checked configuration to simulations and the tables of what they measured."""
+"""The campaign without Snakemake: configuration, design, simulations, and tables of the measured responses."""

@@ -1,8 +1,8 @@
-"""Batches: which simulations share a job, and what the batch is called.
+"""Batches: groups of simulations that share a job, and the names of the batches.
 
-Long simulations are a batch of their own, called by their id. Short ones go into a binary tree over the bits of their ids, which
-are hashes: a node is split while its simulations together are expected to take too long. The leaves are batches, called by their
-stage and the bits that their simulations have in common (campaign-0110). A new simulation changes one batch at most, or splits it.
+A long simulation is a batch of its own, named by its id. Short simulations are sorted into a binary tree over the bits of their
+ids, which are hashes. A node is split if its total expected time is too long. The leaves are the batches, named by their stage and
+the common leading bits of their simulations (campaign-0110). A new simulation therefore changes or splits at most one batch.
 """
 
 import hashlib
@@ -10,24 +10,24 @@ import json
 import math
 import re
 
-#: What a batch may be called (a regular expression without groups that capture).
+#: Pattern of a batch's name (a regular expression without capturing groups).
 NAME = r"[0-9a-f]{10}|(?:campaign|round\d+|verification)(?:-[01]+)?"
-#: A node is split when it takes longer than so many times the target: halves of it then lie about the target too.
+#: Ratio of expected time to target time above which a node is split; with sqrt(2) its halves are also close to the target.
 SPLIT_RATIO = math.sqrt(2.0)
 
 
 def later_stages(rounds: int) -> list[str]:
-    """The stages after the campaign, in their order."""
+    """Return the stages after the campaign, in order."""
     return [*(f"/rounds/{k}" for k in range(1, rounds + 1)), "/verification"]
 
 
 def label(stage: str) -> str:
-    """What the batches of a stage begin with; a stage is its folder below results/<study>: '', /rounds/2, /verification."""
+    """Prefix of a stage's batch names; a stage is given by its folder below results/<study>: '', /rounds/2, /verification."""
     return stage.lstrip("/").replace("rounds/", "round") or "campaign"
 
 
 def stage_of(batch: str) -> str | None:
-    """The stage of a batch, None of a batch that is called by its only simulation."""
+    """Stage of a batch; None for a batch named by its only simulation."""
     name = batch.partition("-")[0]
     if name == "campaign":
         return ""
@@ -37,17 +37,17 @@ def stage_of(batch: str) -> str | None:
 
 
 def bits(simulation: str) -> str:
-    """The bits of a simulation's id, first digit first."""
+    """Bits of a simulation's id, most significant first."""
     return f"{int(simulation, 16):0{4 * len(simulation)}b}"
 
 
 def may_hold(batch: str, simulation: str) -> bool:
-    """Whether a simulation belongs into a batch of this name, if it is planned in that stage at all."""
+    """True if a batch of this name may contain the simulation, provided that its stage plans it."""
     return batch == simulation or (stage_of(batch) is not None and bits(simulation).startswith(batch.partition("-")[2]))
 
 
 def batches(expected_s: dict[str, float], target_s: float, stage: str) -> dict[str, list[str]]:
-    """Batch -> sorted ids of its simulations. expected_s : id -> seconds; target_s : what a batch should take, 0: all are alone."""
+    """Return batch -> sorted ids of its simulations. expected_s : id -> seconds; target_s : seconds per batch, 0: one each."""
     short = sorted(name for name, seconds in expected_s.items() if seconds < target_s)
     found = {name: [name] for name in expected_s if expected_s[name] >= target_s}
     code = {name: bits(name) for name in short}
@@ -65,5 +65,5 @@ def batches(expected_s: dict[str, float], target_s: float, stage: str) -> dict[s
 
 
 def digest(members: list) -> str:
-    """Hash of what a batch simulates, for Snakemake to tell whether it changed (16 hex digits)."""
+    """Hash of a batch's simulations, by which Snakemake detects changes (16 hex digits)."""
     return hashlib.sha256(json.dumps(members, sort_keys=True).encode()).hexdigest()[:16]

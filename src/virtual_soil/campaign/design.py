@@ -1,11 +1,11 @@
-"""The design: which simulations a study needs, one row each.
+"""The design: the simulations of a study, one row each.
 
 Grid: full factorial of the grid variables at the base material. Sweep: each swept variable alone, at constant couples of the
-grid variables. Screening: one parameter changed at a time. Check: a few points at both fidelities. Twin: hidden soils, simulated
-to be found again. Simulations that several of these need are made once and carry all their purposes.
+grid variables. Screening: one parameter changed at a time. Check: a few points at both fidelities. Twin: virtual soils whose
+parameters the calibration must recover. A simulation with several purposes is run once and lists all of them.
 
-A simulation's identifier is a hash of what is simulated, not of its place in the table: adding a value, a seed or a load leaves
-all other identifiers, and so their results, as they are. Points that an experiment simulates alike share a simulation (see its
+A simulation's identifier is a hash of its inputs and does not depend on its row. Adding a value, a seed or a load therefore keeps
+all other identifiers and results. Points for which an experiment simulates the same material share a simulation (see its
 `canonical`); each has its own row.
 """
 
@@ -19,16 +19,16 @@ from virtual_soil.calibration.points import hashed, point_at, point_id
 from virtual_soil.calibration.surrogate import n_factor_terms
 from virtual_soil.campaign.experiments.registry import BY_NAME, EXPERIMENTS, LOADS
 
-#: Experiment -> key of its seeds in every stage of a study.
+#: Experiment -> configuration key of its seeds, the same in every stage of a study.
 SEED_KEYS = {experiment.NAME: f"{experiment.NAME}_seeds" for experiment in EXPERIMENTS}
-#: Each round of refinement adds this to its seeds, so that an optimum that stays where it is is still simulated anew.
+#: Increment of the seeds per round of refinement, so that an unchanged optimum is simulated with new seeds.
 SEED_STEP = 1000
 
 
 def expand(config: dict) -> pd.DataFrame:
-    """The design table of a study, a row for each result of a point (a load is NaN where an experiment has none).
+    """Return the design table of a study, one row per result of a point (a load is NaN if the experiment has none).
 
-    Raises CalibrationError naming the key when the design contradicts itself.
+    Raises CalibrationError naming the key if the design is inconsistent.
     """
     check_design(config)
     rows: dict[tuple[str, str], dict] = {}
@@ -43,7 +43,7 @@ def expand(config: dict) -> pd.DataFrame:
 
 
 def ordered(table: pd.DataFrame) -> pd.DataFrame:
-    """The design table in an order that does not depend on the order of keys in a file."""
+    """Sort the design table independently of the order of keys in the configuration."""
     values = [column for column in table.columns if column not in ("simulation_id", "point_id", "purposes")]
     leading = ["experiment", "fidelity"]
     trailing = [*LOADS, "seed"]
@@ -52,10 +52,10 @@ def ordered(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def further(config: dict, purpose: str, points: list[dict], seeds: dict) -> pd.DataFrame:
-    """Design table of all experiments at further points: values of the design variables, rounded to four digits.
+    """Return the design table of all experiments at further points: values of the design variables, rounded to four digits.
 
-    config : material, design, engine and the experiments' sections of the study. seeds : <experiment>_seeds. A point that occurs
-    twice is simulated once. Without points the table is empty.
+    config : material, design, engine and the experiments' sections of the study. seeds : <experiment>_seeds. Duplicate
+    points are simulated once. Without points the table is empty.
     """
     rows = {}
     for values in points:
@@ -68,7 +68,7 @@ def further(config: dict, purpose: str, points: list[dict], seeds: dict) -> pd.D
 
 
 def wanted(config: dict):
-    """Yield (purpose, experiment, fidelity, material, load, seed) of every simulation, repeats included."""
+    """Yield (purpose, experiment, fidelity, material, load, seed) of every simulation, including duplicates."""
     base, design, check, loads = config["material"], config["design"], config["fidelity"]["check"], campaign_loads(config)
     for purpose, materials in (("grid", grid_points(base, design["grid"])), ("sweep", sweep_points(base, design))):
         for material in materials:
@@ -84,7 +84,7 @@ def wanted(config: dict):
 
 
 def screened(config: dict):
-    """Yield the simulations of the screening: the base set and one parameter changed at a time, in the screened test alone."""
+    """Yield the simulations of the screening: the base set and one parameter changed at a time, only in the screened test."""
     screening, experiment = config["screening"], screened_experiment(config)
     materials = [(config["material"], screening["base_seeds"])]
     materials += [
@@ -96,17 +96,17 @@ def screened(config: dict):
 
 
 def screened_experiment(config: dict):
-    """The experiment that measures the screened response."""
+    """Experiment that measures the screened response."""
     return next(test for test in EXPERIMENTS if config["screening"]["response"] in [response.name for response in test.RESPONSES])
 
 
 def campaign_loads(config: dict) -> dict[str, list[float]]:
-    """Experiment -> loads of its simulations in the campaign."""
+    """Return experiment -> loads of its simulations in the campaign."""
     return {experiment.NAME: experiment.loads(config) for experiment in EXPERIMENTS}
 
 
 def every_test(purpose: str, fidelity: str, material: dict, loads: dict[str, list[float]], seeds: dict):
-    """Yield all experiments on one material; loads : by experiment, seeds : <experiment>_seeds."""
+    """Yield the simulations of all experiments on one material; loads : by experiment, seeds : <experiment>_seeds."""
     for experiment, key in SEED_KEYS.items():
         for load, seed in itertools.product(loads[experiment], seeds[key]):
             yield purpose, experiment, fidelity, material, load, seed
@@ -128,14 +128,14 @@ def sweep_points(base: dict, design: dict) -> list[dict]:
 
 
 def design_row(config: dict, experiment: str, fidelity: str, material: dict, load: float, seed: int) -> dict:
-    """One row of the design table, purposes excepted: the point's values, and the simulation that gives its result."""
+    """Return a row of the design table without purposes: the point's values and the simulation that gives its result."""
     canonical = BY_NAME[experiment].canonical(material, config)
     simulated = make_row(experiment, fidelity, canonical, load, seed)
     return {**make_row(experiment, fidelity, material, load, seed), "simulation_id": simulated["simulation_id"]}
 
 
 def make_row(experiment: str, fidelity: str, material: dict, load: float, seed: int) -> dict:
-    """A simulation of a material as a row of the design table, purposes excepted."""
+    """Return a simulation of a material as a row of the design table, without purposes."""
     material = {key: float(material[key]) for key in sorted(material)}
     what = [experiment, fidelity, material, None if math.isnan(load) else float(load), int(seed)]
     loads = {name: float(load) if name == BY_NAME[experiment].LOAD else math.nan for name in LOADS}
@@ -156,7 +156,7 @@ def screening_seeds(config: dict) -> list[int]:
 
 
 def check_sweep(name: str, levels: list[float], n_couples: int, forms: set[str]) -> None:
-    """Raise CalibrationError for a sweep whose points, with a result at each, would not determine its factor g."""
+    """Raise CalibrationError if the points of a sweep are too few to determine its factor g."""
     if "quadratic" in forms:
         demand(len(levels) > 2, f"design.sweep.{name}", levels, "at least three values, or g's square is not determined")
     n_points, n_terms = n_couples * len(levels), max(n_factor_terms(form) for form in forms)
@@ -164,7 +164,7 @@ def check_sweep(name: str, levels: list[float], n_couples: int, forms: set[str])
 
 
 def check_seeds(config: dict) -> None:
-    """Raise CalibrationError when the answer would be verified with seeds that a fit has seen."""
+    """Raise CalibrationError if the verification uses seeds that a fit has used."""
     for experiment, key in SEED_KEYS.items():
         seen = {seed + SEED_STEP * k for seed in config["refine"][key] for k in range(config["refine"]["rounds"])}
         seen |= set(config["design"][key])
@@ -175,7 +175,7 @@ def check_seeds(config: dict) -> None:
 
 
 def check_design(config: dict) -> None:
-    """Raise CalibrationError, naming the key, when the design refers to something that does not exist."""
+    """Raise CalibrationError, naming the key, if the design refers to an unknown name."""
     material, design = set(config["material"]), config["design"]
     grid, sweep = set(design["grid"]), set(design["sweep"])
     demand(grid <= material, "design.grid", sorted(grid - material), f"keys of material: {sorted(material)}")

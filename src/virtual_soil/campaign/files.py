@@ -1,4 +1,4 @@
-"""Files that are whole or not there: written under another name first, brought to the disk, then renamed."""
+"""Atomic writing of files: written under a temporary name, synchronised to disk, then renamed."""
 
 import contextlib
 import os
@@ -6,17 +6,17 @@ from pathlib import Path
 
 from virtual_soil.errors import InputError
 
-#: How the name of a file that is not whole yet begins; what a killed job leaves under it is of no use to anybody.
+#: Prefix of the name of an incomplete file; files with it that a killed job leaves behind can be deleted.
 PART = ".part-"
 
 
 class FileError(InputError, OSError):
-    """A file that cannot be written; the message names it and says what to do."""
+    """Error: a file cannot be written; the message names it and the remedy."""
 
 
 @contextlib.contextmanager
 def writing(path: str | Path):
-    """While inside, what the system says of a full disk, a write-protected folder, ... becomes a FileError that names the file."""
+    """Context manager: convert system errors (full disk, write-protected folder, ...) into a FileError that names the file."""
     try:
         yield
     except FileError:
@@ -28,10 +28,10 @@ def writing(path: str | Path):
 
 @contextlib.contextmanager
 def whole(path: str | Path):
-    """Gives the name to write to; the file gets its own name when all is written, and does not appear at all when that fails.
+    """Context manager: yield a temporary name to write to; the file is renamed at the end, or removed after an error.
 
-    The name carries the process's number: a job that outlived its Snakemake and the one that replaces it do not meet. Raises what
-    `writing` raises.
+    The temporary name contains the process id, so that a job that outlived its Snakemake and its replacement use different files.
+    Raises the errors of `writing`.
     """
     path = Path(path)
     part = path.with_name(f"{PART}{os.getpid()}-{path.name}")
@@ -48,6 +48,6 @@ def whole(path: str | Path):
 
 
 def write_text(path: str | Path, text: str) -> None:
-    """Write a text as UTF-8, whole or not at all; raises what `whole` raises."""
+    """Write a text as UTF-8 atomically; raises the errors of `whole`."""
     with whole(path) as part:
         part.write_text(text, encoding="utf-8")

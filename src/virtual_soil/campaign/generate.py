@@ -1,4 +1,4 @@
-"""Write what follows from the settings' classes: `make settings` (schema, default configuration, documentation of the keys).
+"""Generate schema, default configuration and documentation of the keys from the settings classes: `make settings`.
 
 A test compares the files with the classes.
 """
@@ -19,18 +19,18 @@ COMMAND = "make settings"
 
 
 def flow(value: Any) -> str:
-    """A value on one line, as YAML."""
+    """Format a value as YAML on one line."""
     text = yaml.safe_dump(value, default_flow_style=True, width=10**6, sort_keys=False, allow_unicode=True)
     return text.strip().removesuffix("...").strip()
 
 
 def comment(text: str, indent: str) -> list[str]:
-    """A text as comment lines."""
+    """Format a text as comment lines."""
     return [f"{indent}# {line}" for line in textwrap.wrap(text, WIDTH - len(indent) - 2)]
 
 
 def value_lines(key: str, value: Any, indent: str) -> list[str]:
-    """A key and its value; a mapping or a list of mappings that is long on a line of its own for each entry."""
+    """Format a key and its value; a long mapping or list of mappings has one line per entry."""
     line = f"{indent}{key}: {flow(value)}"
     if len(line) <= WIDTH or not isinstance(value, dict | list):
         return [line]
@@ -41,7 +41,7 @@ def value_lines(key: str, value: Any, indent: str) -> list[str]:
 
 
 def section_lines(kind: type, values: dict, known: set[type], indent: str = "") -> list[str]:
-    """A section with its values, each key with its meaning; known : classes whose keys are explained further up."""
+    """Format a section with values and meanings of its keys; known : classes whose keys were explained before."""
     lines: list[str] = []
     explained = kind in known
     known.add(kind)
@@ -59,7 +59,7 @@ def section_lines(kind: type, values: dict, known: set[type], indent: str = "") 
 
 
 def leaf_lines(field: dataclasses.Field, value: Any, indent: str, explained: bool) -> list[str]:
-    """One setting: its note above, its meaning behind it or above; neither where it is explained further up."""
+    """Format one setting: note above, meaning after the value or above; both are omitted if explained before."""
     meaning, note = field.metadata["meaning"], field.metadata["note"]
     lines = value_lines(field.name, value, indent)
     if explained:
@@ -74,7 +74,7 @@ def leaf_lines(field: dataclasses.Field, value: Any, indent: str, explained: boo
 
 
 def configuration() -> str:
-    """config/config.yaml."""
+    """Return the text of config/config.yaml."""
     head = [
         "# The default study: the paper's full design with its 3000 particles, accelerated so that it ends in minutes.",
         f"# Written by `{COMMAND}` from the classes of the settings. A study of your own holds only what differs from this file.",
@@ -85,14 +85,14 @@ def configuration() -> str:
 
 
 def schema_text() -> str:
-    """config/schema.yaml."""
+    """Return the text of config/schema.yaml."""
     head = f"# What every key of a study means, and its range; written by `{COMMAND}`. Unknown keys are refused.\n"
     full = {"$schema": "https://json-schema.org/draft/2020-12/schema", **settings.schema(Study)}
     return head + yaml.safe_dump(full, sort_keys=False, allow_unicode=True, width=WIDTH)
 
 
 def allowed_text(rules: dict) -> str:
-    """Range of a setting in words, from its schema."""
+    """Allowed range of a setting in words, from its schema."""
     if "enum" in rules:
         return ", ".join(f"`{name}`" for name in rules["enum"])
     inner = rules.get("items", rules)
@@ -101,7 +101,7 @@ def allowed_text(rules: dict) -> str:
 
 
 def documentation() -> str:
-    """docs/configuration.md."""
+    """Return the text of docs/configuration.md."""
     lines = [
         "# Every key of a study",
         "",
@@ -124,7 +124,7 @@ def documentation() -> str:
     return "\n".join(lines) + "\n"
 
 
-#: Path -> function that gives its text.
+#: Path -> function that returns its text.
 FILES = {"config/config.yaml": configuration, "config/schema.yaml": schema_text, "docs/configuration.md": documentation}
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Surrogates, likelihoods and tables from a rule's input and parameters, for the inference scripts."""
+"""Surrogates, likelihoods and tables from the input and parameters of a rule, for the inference scripts."""
 
 from pathlib import Path
 
@@ -11,9 +11,9 @@ from virtual_soil.campaign.tables import ADVICE, UNREADABLE, TableError, one_lin
 
 
 def read_models(path: str, model: str = "chosen") -> dict:
-    """The surrogates by response in a file that rule fit_surrogates wrote; `model` as in `calibration.from_json`.
+    """Read the surrogates by response from the output of rule fit_surrogates; `model` as in `calibration.from_json`.
 
-    Raises TableError, naming the file, for anything else.
+    Raises TableError, naming the file, for any other content.
     """
     try:
         return from_json(Path(path).read_text(encoding="utf-8"), model)
@@ -22,7 +22,7 @@ def read_models(path: str, model: str = "chosen") -> dict:
 
 
 def read_tables(paths, read=read_table) -> dict[str, pd.DataFrame]:
-    """Tables by name, which is that of their files; read(paths, name) may read several files of one name as one table."""
+    """Read tables by the name of their files; read(paths, name) may combine several files of one name into one table."""
     found: dict[str, list[str]] = {}
     for path in paths:
         found.setdefault(Path(path).stem, []).append(path)
@@ -30,12 +30,12 @@ def read_tables(paths, read=read_table) -> dict[str, pd.DataFrame]:
 
 
 def likelihoods_of(files, params) -> dict:
-    """Case name -> its likelihood."""
+    """Return case name -> likelihood."""
     models, soils = read_models(files.surrogates), read_table(files.soils, "soil")
     space, ratio = space_of(params.design), params.uncertainty["target_uncertainty_ratio"]
     return {case["case"]: likelihood_of(case, RESPONSES, models, soils, space, ratio) for case in params.optimise["cases"]}
 
 
 def optima(table, variables) -> dict[str, dict[str, float]]:
-    """Case name -> values of the design variables at its optimum."""
+    """Return case name -> values of the design variables at its optimum."""
     return {row["case"]: {name: float(row[name]) for name in variables} for _, row in table.iterrows()}

@@ -1,13 +1,13 @@
-"""Tables that laboratory instruments write: text with a header, in any common encoding, delimiter, decimal mark and unit.
+"""Reader of laboratory tables: text with a header, in any common encoding, delimiter, decimal mark and unit.
 
-Encodings: UTF-8 with or without a byte order mark, UTF-16 with one, otherwise Latin-1. Delimiters: tab, semicolon, comma; the
-header decides. Lines before the header (operator, date) and comment lines (#, % or // at their beginning) are passed over. The
-header is the first line that names every quantity that is needed, in a spelling of `QUANTITIES` or in the user's own words
-(`columns`), each with its unit: "Normal stress [kPa]", "Displacement (mm)", "Force / N", "Force, N", "force_n", or in a line of
-units below. No unit is ever guessed.
+Encodings: UTF-8 with or without a byte order mark, UTF-16 with a byte order mark, otherwise Latin-1. Delimiters: tab, semicolon or
+comma, detected from the header. Lines before the header (operator, date) and comment lines (starting with #, % or //) are skipped.
+The header is the first line that names every required quantity, in a spelling of `QUANTITIES` or as given by the user (`columns`).
+Each quantity has a unit: "Normal stress [kPa]", "Displacement (mm)", "Force / N", "Force, N", "force_n", or in a line of units
+below the header. Units are never guessed.
 
-Rows without any measured value are skipped and counted; a row with some of its values is refused with its line, because a logger
-that drops values is a fault that a person must look at. So are thousands separators, and commas that could be either.
+Rows without any measured value are skipped and counted. A row with missing values is refused with its line number, because the
+cause may be a faulty data logger. Thousands separators and ambiguous commas are refused as well.
 """
 
 import csv
@@ -22,7 +22,7 @@ import pandas as pd
 
 from virtual_soil.calibration.errors import CalibrationError, demand
 
-#: kind -> unit in lower case -> its value in Pa, m, N or degrees. kgf: 9.80665 N; lbf: 4.4482216 N; inch: 25.4 mm (NIST SP 811).
+#: Kind -> unit in lower case -> factor to Pa, m, N or degrees. kgf: 9.80665 N; lbf: 4.4482216 N; inch: 25.4 mm (NIST SP 811).
 UNITS = {
     "stress": {
         "pa": 1.0, "hpa": 1e2, "kpa": 1e3, "mpa": 1e6, "n/m2": 1.0, "kn/m2": 1e3, "n/cm2": 1e4, "n/mm2": 1e6,
@@ -32,7 +32,7 @@ UNITS = {
     "force": {"n": 1.0, "kn": 1e3, "kgf": 9.80665, "lbf": 4.4482216},
     "angle": {"deg": 1.0, "degree": 1.0, "degrees": 1.0, "°": 1.0, "rad": 180.0 / np.pi},
 }  # fmt: skip
-#: quantity -> (its column in SI units or degrees, kind, names in headers); without a kind it is a label.
+#: Quantity -> (column name in SI units or degrees, kind, names in headers); a quantity without kind is a label.
 QUANTITIES: dict[str, tuple[str, str | None, set[str]]] = {
     "test": ("test", None, {"test", "test no", "test number", "specimen", "specimen no", "sample"}),
     "normal_stress": ("normal_stress_pa", "stress", {"normal stress", "vertical stress", "sigma n", "σn", "σ n"}),
@@ -44,12 +44,12 @@ QUANTITIES: dict[str, tuple[str, str | None, set[str]]] = {
 }  # fmt: skip
 DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma"}
 COMMENTS = ("#", "%", "//")
-#: How an empty measurement is written, in lower case.
+#: Spellings of a missing measurement, in lower case.
 MISSING = {"", "nan", "na", "n/a", "-", "--", "null", "none"}
 NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d{1,3})?")
-#: A comma that could be a decimal mark or a separator of thousands.
+#: Ambiguous comma: decimal mark or thousands separator.
 AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
-#: "Normal stress [kPa]", "Force / N", "Force, N", "Force in N", "force_n".
+#: Headers with units: "Normal stress [kPa]", "Force / N", "Force, N", "Force in N", "force_n".
 HEADERS = [
     re.compile(pattern)
     for pattern in (
@@ -63,7 +63,7 @@ HEADERS = [
 
 @dataclass(frozen=True)
 class Readings:
-    """What a file holds: a row per reading, columns in SI units (see `QUANTITIES`); how many rows without a value were skipped."""
+    """Content of a file: one row per reading, columns in SI units (see `QUANTITIES`), and the number of skipped empty rows."""
 
     table: pd.DataFrame
     n_skipped: int
@@ -71,7 +71,7 @@ class Readings:
 
 @dataclass(frozen=True)
 class Column:
-    """Where a quantity stands: its place in the row, the header's words, and the unit that the header states (None: none)."""
+    """Column of a quantity: index in the row, header, and unit given in the header (None if there is none)."""
 
     index: int
     header: str
@@ -80,7 +80,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Reader:
-    """How one file is read: what is needed of it, and what the user says of its headers and its decimal mark."""
+    """Reader of one file: required quantities, and the headers and decimal mark given by the user."""
 
     path: Path
     quantities: tuple[str, ...]
@@ -88,7 +88,7 @@ class Reader:
     decimal: str | None
 
     def read(self, lines: list[str]) -> Readings:
-        """The readings in a file's lines."""
+        """Read the lines of a file."""
         start, delimiter, columns = self.header(lines)
         rows = self.rows(lines, start + 1, delimiter)
         columns, rows = self.with_units(columns, rows)
@@ -111,12 +111,12 @@ class Reader:
             if kind is None:
                 table[target] = [texts[name] for _, texts in kept]
             else:
-                factor = UNITS[kind][unit_key(cast(str, columns[name].unit))]  # `with_units` has seen to it
+                factor = UNITS[kind][unit_key(cast(str, columns[name].unit))]  # guaranteed by `with_units`
                 table[target] = np.array([factor * self.number(line, texts[name], columns[name], mark) for line, texts in kept])
         return Readings(pd.DataFrame(table), skipped)
 
     def header(self, lines: list[str]) -> tuple[int, str, dict[str, Column]]:
-        """Place of the header, its delimiter, and the column of every quantity."""
+        """Find the header: line index, delimiter, and the column of every quantity."""
         best, least = None, list(self.quantities)
         for k, line in enumerate(lines):
             if not is_content(line):
@@ -139,7 +139,7 @@ class Reader:
         )
 
     def match(self, cells: list[str], line: int) -> dict[str, Column]:
-        """The columns of a header that are needed; two for one quantity are refused."""
+        """Return the required columns of a header; two columns for one quantity are refused."""
         columns: dict[str, Column] = {}
         for index, cell in enumerate(cells):
             for name in self.quantities:
@@ -155,7 +155,7 @@ class Reader:
         return columns
 
     def column(self, name: str, index: int, header: str) -> Column | None:
-        """The column if this header names the quantity. A user's own header is taken literally, with or without its unit."""
+        """Return the column if this header names the quantity. A header given by the user must match, with or without unit."""
         readings = [(header, None), *((found["name"], found["unit"]) for p in HEADERS if (found := p.fullmatch(header)))]
         if name in self.own:
             wanted, unit = self.own[name]
@@ -171,11 +171,11 @@ class Reader:
         return None
 
     def names(self, name: str) -> set[str]:
-        """Headers without units that name a quantity."""
+        """Normalised headers without unit that name a quantity."""
         return {self.own[name][0]} if name in self.own else QUANTITIES[name][2]
 
     def rows(self, lines: list[str], start: int, delimiter: str) -> list[tuple[int, list[str]]]:
-        """(line number, cells) of all lines from `start` on that are no comments."""
+        """Yield (line number, cells) of all lines from `start` on, except comments."""
         width = len(split(self.path, start, lines[start - 1], delimiter))
         rows = []
         for k, line in enumerate(lines[start:], start + 1):
@@ -191,7 +191,7 @@ class Reader:
         return rows
 
     def with_units(self, columns: dict[str, Column], rows: list) -> tuple[dict[str, Column], list]:
-        """The columns with units known to `UNITS`, from a line of units below the header where it states none itself."""
+        """Return the columns with units of `UNITS`; a unit missing in the header is read from the line below it."""
         unknown = [name for name, column in columns.items() if QUANTITIES[name][1] and column.unit is None]
         first = next(((k, row) for k, row in enumerate(rows) if any(cell.strip() for cell in row[1])), None)
         if unknown and first is not None:
@@ -213,7 +213,7 @@ class Reader:
         return columns, rows
 
     def decimal_mark(self, rows, columns: dict[str, Column], measured: list[str]) -> str:
-        """The decimal mark of the whole file; refused where it has both, or where a comma could separate thousands."""
+        """Decimal mark of the whole file; refused if both occur or if a comma could be a thousands separator."""
         if self.decimal:
             return self.decimal
         with_comma = [(line, name, texts[name]) for line, texts in rows for name in measured if "," in texts[name]]
@@ -229,7 +229,7 @@ class Reader:
         return "," if with_comma else "."
 
     def number(self, line: int, text: str, column: Column, mark: str) -> float:
-        """A cell as a number."""
+        """Convert a cell to a number."""
         other = "." if mark == "," else ","
         if NUMBER.fullmatch(text) is None or other in text or not text.isascii():
             raise self.fault(line, column, text, f"a number with a decimal {'comma' if mark == ',' else 'point'}")
@@ -239,7 +239,7 @@ class Reader:
         return value
 
     def fault(self, line: int, column: Column, text: str, allowed: str) -> CalibrationError:
-        """The error that names file, line, column, value and what is allowed."""
+        """Error that names file, line, column, value and the allowed values."""
         return CalibrationError(f"{self.path}, line {line}, column {column.header!r}: {shown(text)}; allowed: {allowed}.")
 
 
@@ -250,12 +250,12 @@ def read_laboratory(
 
     Parameters
     ----------
-    quantities : the columns that are needed, of `QUANTITIES`. columns : quantity -> the file's own header, or {header, unit}.
-    decimal : "." or ","; by default the file shows it. origin : where columns and decimal come from, for messages.
+    quantities : required keys of `QUANTITIES`. columns : quantity -> header in the file, or {header, unit}.
+    decimal : "." or ","; detected by default. origin : file and key of columns and decimal, for messages.
 
     Returns
     -------
-    Readings; every number is finite. Raises CalibrationError naming file, line, column, value and what is allowed.
+    Readings; every number is finite. Raises CalibrationError naming file, line, column, value and the allowed values.
     """
     own = own_headers(columns, quantities, origin)
     demand(decimal in (None, ".", ","), f"{origin}: decimal", repr(decimal), '"." or ","')
@@ -267,7 +267,7 @@ def read_laboratory(
 
 
 def own_headers(columns, quantities, origin: str) -> dict[str, tuple[str, str | None]]:
-    """The user's mapping as quantity -> (header, unit or None); refuses what is no such mapping."""
+    """Return the user's mapping as quantity -> (header, unit or None); raises CalibrationError for anything else."""
     if columns is None:
         return {}
     demand(isinstance(columns, Mapping), f"{origin}: columns", repr(columns), f"a mapping with keys of {sorted(quantities)}")
@@ -287,7 +287,7 @@ def own_headers(columns, quantities, origin: str) -> dict[str, tuple[str, str | 
 
 
 def decoded(path: Path, content: bytes) -> str:
-    """The text of a file; Latin-1 where it is neither UTF-8 nor UTF-16 with its mark."""
+    """Decode a file; Latin-1 if it is neither UTF-8 nor UTF-16 with a byte order mark."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         encodings = ["utf-16"]
     else:
@@ -303,7 +303,7 @@ def decoded(path: Path, content: bytes) -> str:
 
 
 def split(path: Path, line: int, text: str, delimiter: str) -> list[str]:
-    """The cells of one line; quotes protect delimiters."""
+    """Split a line into cells; delimiters inside quotes are kept."""
     try:
         return next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [])
     except csv.Error as error:
@@ -311,28 +311,28 @@ def split(path: Path, line: int, text: str, delimiter: str) -> list[str]:
 
 
 def is_content(line: str) -> bool:
-    """Whether a line may be a header: neither empty nor a comment."""
+    """True if a line may be a header: neither empty nor a comment."""
     return bool(line.strip()) and not line.lstrip().startswith(COMMENTS)
 
 
 def normal(name: str) -> str:
-    """A header's words in lower case, one space between them."""
+    """Normalise a header: words in lower case, separated by one space."""
     return " ".join(re.findall(r"[^\W_]+", name.casefold()))
 
 
 def unit_key(unit: str) -> str:
-    """A unit as `UNITS` writes it. "mPa" is no MPa: a factor of a thousand million is not to be guessed."""
+    """Convert a unit to the spelling of `UNITS`. "mPa" is kept as millipascal: it may be a typing error for MPa."""
     text = unit.strip().replace("²", "2").replace("^", "").replace("µ", "u").replace("μ", "u").replace(" ", "")
     return "millipascal" if text == "mPa" else text.lower()
 
 
 def shown(text: str) -> str:
-    """A cell in a message, shortened."""
+    """Format a cell for a message, shortened."""
     return repr(text if len(text) <= 40 else text[:40] + "...") if text else "empty"
 
 
 def laboratory_path(soil: Path, key: str, entry, known: frozenset[str]) -> Path:
-    """The laboratory file of one entry with known keys; it lies beside the soil file or below."""
+    """Path of the laboratory file of an entry with known keys; it must be in the soil file's folder or below."""
     ok = isinstance(entry, dict) and isinstance(entry.get("file"), str) and set(entry) <= known
     demand(ok, f"{soil}: {key}", repr(entry), f"a mapping with the key file and others of {sorted(known)}")
     demand("\0" not in entry["file"], f"{soil}: {key}.file", repr(entry["file"]), "a file beside the soil file")
@@ -343,17 +343,17 @@ def laboratory_path(soil: Path, key: str, entry, known: frozenset[str]) -> Path:
 
 
 def readings(soil: Path, key: str, entry, known: frozenset[str], quantities: tuple[str, ...]) -> Readings:
-    """The readings in a laboratory file."""
+    """Read the laboratory file of an entry."""
     path = laboratory_path(soil, key, entry, known)
     demand(isinstance(entry.get("source", ""), str), f"{soil}: {key}.source", repr(entry.get("source")), "a text")
     return read_laboratory(path, quantities, entry.get("columns"), entry.get("decimal"), f"{soil}: {key}")
 
 
 def skipped(found: Readings) -> str:
-    """Number of rows that a method skipped, for its description."""
+    """Number of skipped rows, as text for the description of the method."""
     return f", {found.n_skipped} empty rows skipped" if found.n_skipped else ""
 
 
 def is_number(value) -> bool:
-    """Whether a value from YAML is a finite number."""
+    """True if a value from YAML is a finite number."""
     return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(float(value)))

@@ -1,6 +1,6 @@
-"""The manifest of a finished study: the SHA-256 of every file, in the format of `sha256sum`, so that other programs can check too.
+"""The manifest of a finished study: SHA-256 of every file, in the format of `sha256sum`, so that other programs can check it.
 
-Checkpoints do not count, nor does what a killed job was writing: they belong to what is not finished.
+Checkpoints and incomplete files of killed jobs are excluded.
 """
 
 import hashlib
@@ -9,16 +9,16 @@ from pathlib import Path
 from virtual_soil.campaign.files import PART, write_text
 
 NAME = "manifest.sha256"
-#: What below a study's folder belongs to no finished study.
+#: Subfolder of a study that is excluded from the manifest.
 LEFT_OUT = "checkpoints"
 
 
 class ManifestError(ValueError):
-    """A manifest that is missing or is none."""
+    """Error: the manifest is missing or invalid."""
 
 
 def hashes(folder: str | Path) -> dict[str, str]:
-    """Path below the folder -> SHA-256 of the file's bytes (64 hex digits), of every file but the manifest, in path order."""
+    """Return path below the folder -> SHA-256 (64 hex digits) of every file except the manifest, in path order."""
     folder = Path(folder)
     paths = sorted(path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
     found = {}
@@ -30,14 +30,14 @@ def hashes(folder: str | Path) -> dict[str, str]:
 
 
 def write_manifest(folder: str | Path) -> None:
-    """Write the manifest of a study's folder, whole or not at all."""
+    """Write the manifest of a study's folder atomically."""
     path = Path(folder) / NAME
     lines = [f"{digest}  {name}\n" for name, digest in hashes(folder).items()]
     write_text(path, "".join(lines))
 
 
 def read_manifest(folder: str | Path) -> dict[str, str]:
-    """Path -> SHA-256, as the manifest of a study's folder has it; raises ManifestError when there is no sound one."""
+    """Read path -> SHA-256 from the manifest of a study's folder; raises ManifestError if it is missing or invalid."""
     path = Path(folder) / NAME
     if not path.is_file():
         raise ManifestError(f"{path} is missing; it is written when a study is finished: snakemake all.")
@@ -51,7 +51,7 @@ def read_manifest(folder: str | Path) -> dict[str, str]:
 
 
 def differences(folder: str | Path) -> list[str]:
-    """One line for every file of a study that is not as its manifest says: changed, missing, or not in it; in path order."""
+    """Return one line per file that differs from the manifest (changed, missing, or not listed), in path order."""
     listed, found = read_manifest(folder), hashes(folder)
     lines = {name: "missing" for name in listed.keys() - found.keys()}
     lines |= {name: "not in the manifest" for name in found.keys() - listed.keys()}

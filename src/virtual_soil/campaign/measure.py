@@ -1,4 +1,4 @@
-"""From stored simulations to the tables of what they measured, by the experiments' own estimators."""
+"""Tables of measured responses from stored simulations, with the estimators of the experiments."""
 
 from importlib import import_module
 
@@ -10,16 +10,16 @@ from virtual_soil.campaign.tables import batch_results, empty_table
 
 
 def measured_table(experiment: str, design: pd.DataFrame, runs, results, timings, settings: dict) -> pd.DataFrame:
-    """One row per row of the design of an experiment, with what its simulation measured.
+    """Return one row per design row of an experiment, with the responses measured in its simulation.
 
-    runs, results, timings : files of the batches, one by one; results are those that the experiment measures from.
+    runs, results, timings : corresponding files of the batches; results are the tables from which the experiment measures.
     settings : the experiment's section of the configuration.
     """
     estimate = import_module(module_of(experiment, "measure")).measured
     schema = {"after": "grains", "before": "grains", "history": f"{experiment}_history"}[BY_NAME[experiment].MEASURED_FROM]
     found = batch_results(runs, f"{experiment}_run", results, schema, timings)
     rows = [estimate(run, table, settings) for run, table in found]
-    if not rows:  # a round in which every case is settled
+    if not rows:  # a round of refinement without new points
         return empty_table(experiment)
     measured = pd.DataFrame(rows)
     texts = {"simulation_id", "status", "reason"}
@@ -29,15 +29,15 @@ def measured_table(experiment: str, design: pd.DataFrame, runs, results, timings
 
 
 def reduced_table(name: str, runs: pd.DataFrame, settings: dict, by_seed: bool = False) -> pd.DataFrame:
-    """A table that an experiment makes of all its runs: one row per point and fidelity (and seed, if by_seed)."""
+    """Reduce all runs of an experiment to a table with one row per point and fidelity (and seed, if by_seed)."""
     experiment = REDUCED[name].NAME
     return import_module(module_of(experiment, "measure")).reduce(name, runs, settings, by_seed)
 
 
 def responses_by_seed(tables: dict[str, pd.DataFrame], settings: dict) -> dict[str, pd.DataFrame]:
-    """By response: a table with a row for each point and seed, and the response's column.
+    """Return response -> table with one row per point and seed that contains the response's column.
 
-    tables : the experiments' tables of all runs, by name. settings : the experiments' sections of the configuration.
+    tables : table of all runs of each experiment, by name. settings : configuration sections of the experiments.
     """
     found = {}
     for name, response in RESPONSES.items():

@@ -1,4 +1,4 @@
-"""Start a study: `make new-study STUDY=<name> [SOIL=<name>]` writes a short configuration, and a soil file to fill in."""
+"""Start a study: `make new-study STUDY=<name> [SOIL=<name>]` writes a short configuration and a soil file to complete."""
 
 import argparse
 import re
@@ -10,9 +10,9 @@ from virtual_soil.campaign.settings import NAME
 
 
 def start(root: Path, study: str, soil: str | None = None) -> list[Path]:
-    """Write config/<study>.yaml, and config/soils/<study>.yaml unless an existing soil is named; returns what was written.
+    """Write config/<study>.yaml, and config/soils/<study>.yaml unless an existing soil is named; returns the written paths.
 
-    Exits with one line, and writes nothing, when a name is impossible, the soil unknown, or a file would be overwritten.
+    Exits with one line, without writing, if a name is invalid, the soil unknown, or a file would be overwritten.
     """
     soils, starter = root / "config" / "soils", root / "config" / "starter"
     if not re.fullmatch(NAME, study):
@@ -33,7 +33,7 @@ def start(root: Path, study: str, soil: str | None = None) -> list[Path]:
 
 
 def next_steps(study: str, soil: str | None) -> str:
-    """What to do with the files."""
+    """Text of the next steps."""
     own = "" if soil else f"Put what was measured into config/soils/{study}.yaml. Then:\n"
     return f"""{own}
     make first-answer SOIL={soil or study}                                # seconds, without simulations

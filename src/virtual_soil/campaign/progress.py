@@ -1,4 +1,4 @@
-"""Progress of a running simulation, as lines of its log."""
+"""Progress of a running simulation, as lines in its log."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -10,15 +10,15 @@ PROGRESS_S = 5.0
 
 @dataclass(frozen=True)
 class Stage:
-    """What is known of the end of a stage of a test.
+    """End of a stage of a test, as far as it is known.
 
     Attributes
     ----------
-    done : share (0 to 1) that is done, of the simulation and the number of looks in this stage; None where the stage ends when
-        nothing moves, as a rule long before its time limit, of which a percentage would mean nothing.
-    exact : the share is of a known number of looks, and unknown where a saved test goes on within the stage; otherwise it is
-        approximate, and the stage may go on when all is done.
-    then : what a line says when all is done.
+    done : function of the simulation and the number of samples in this stage that returns the completed fraction (0 to 1); None if
+        the stage ends when the grains are at rest. That is usually long before its time limit, so a percentage has no meaning.
+    exact : True if the number of samples is known; the fraction is then unknown if a checkpoint resumes within the stage. Otherwise
+        the fraction is approximate, and the stage may continue beyond 1.
+    then : text of the line when the fraction is 1.
     """
 
     done: Callable | None = None
@@ -27,7 +27,7 @@ class Stage:
 
 
 class Progress:
-    """Prints a line every few seconds: stage and share of it that is done, simulated time, steps, speed, time left."""
+    """Print a line every few seconds: stage and its completed fraction, simulated time, steps, speed, time left."""
 
     def __init__(self, stages: Mapping[str, Stage]):
         self.stages = stages
@@ -36,12 +36,12 @@ class Progress:
         self.first_step: int | None = None
 
     def __call__(self, simulation, stage: str) -> None:
-        """Report one look at the simulation."""
+        """Report one sample of the simulation."""
         now = time.monotonic()
-        if self.first_step is None:  # a resumed simulation has made steps before
+        if self.first_step is None:  # a resumed simulation starts with n_steps > 0
             self.first_step = simulation.n_steps
         if stage != self.name:
-            # a test that is resumed within a counted stage has had looks that nobody counted
+            # if a test is resumed within a counted stage, its earlier samples are not counted
             self.whole = self.name is not None or stage == next(iter(self.stages)) or not self.stages[stage].exact
             self.name, self.n_looks, self.first = stage, 0, None
         self.n_looks += 1
@@ -58,15 +58,15 @@ class Progress:
 
     @property
     def stage(self) -> Stage:
-        """The present stage."""
+        """Current stage."""
         return self.stages[self.name or ""]
 
     def done(self, simulation) -> float | None:
-        """Share of the stage that is done (0 to 1); None where its end is not known."""
+        """Completed fraction of the stage (0 to 1); None if its end is unknown."""
         return self.stage.done(simulation, self.n_looks) if self.stage.done and self.whole else None
 
     def percent(self, share: float | None) -> str:
-        """The share in words, ready to be put before the rest of the line."""
+        """Completed fraction as text, the beginning of the line."""
         if share is None:
             return "" if self.stage.exact else self.stage.then
         if self.stage.exact:
@@ -74,7 +74,7 @@ class Progress:
         return f"about {100.0 * share:.0f} %, " if share < 1.0 else self.stage.then
 
     def left(self, now: float, share: float | None) -> str:
-        """Wall time until the stage ends, at the pace since its first look; empty where that cannot be said."""
+        """Wall time until the end of the stage, extrapolated from its first sample; empty if unknown."""
         begun_s, begun = self.first or (now, None)
         if share is None or begun is None or share >= 1.0 or share <= begun:
             return ""

@@ -1,4 +1,4 @@
-"""With which versions of the packages a result was made."""
+"""Versions of the packages with which a result was computed."""
 
 from importlib.metadata import version
 
@@ -6,5 +6,5 @@ PACKAGES = ("numba", "numpy", "scipy", "pandas", "pyarrow", "snakemake")
 
 
 def versions() -> dict[str, str]:
-    """Versions of the packages that results depend on."""
+    """Versions of the packages on which results depend."""
     return {name: version(name) for name in PACKAGES}

@@ -1,4 +1,4 @@
-"""Record one simulation while it runs: its grains and walls at every look of a stage, for films and for the recorded lift."""
+"""Recording of one simulation: grains and walls at every sampling interval of a stage, for films and for the recorded lift."""
 
 from dataclasses import dataclass
 from importlib import import_module
@@ -15,7 +15,7 @@ N_FRAMES = 60
 
 @dataclass(frozen=True)
 class Frame:
-    """State at one time: grains, their numbers in the first frame, and walls by name."""
+    """State at one time: grains, their indices in the first frame, and walls by name."""
 
     time_s: float
     grains: Grains
@@ -31,7 +31,7 @@ class Film:
         self.frames: list[Frame] = []
 
     def __call__(self, simulation: Simulation, stage: str) -> None:
-        """Keep this state."""
+        """Append the current state."""
         if stage != self.stage:
             return
         grains, time_s = simulation.grains, simulation.time_s
@@ -50,16 +50,16 @@ class Film:
 
 
 def still_there(before: Grains, after: Grains, seconds: float) -> np.ndarray:
-    """Indices into `before` of the grains in `after`.
+    """Return the indices into `before` of the grains in `after`.
 
-    Removed grains have fallen off the plate, so they are the lowest ones. The others keep their order.
+    Removed grains have fallen off the plate, so they are the lowest. The others keep their order.
     """
     heights = before.positions_m[:, 2] + seconds * before.velocities_m_s[:, 2]
     return np.sort(np.argsort(heights)[len(before) - len(after) :])
 
 
 def record(row: dict, settings: dict, stage: str) -> Film:
-    """Simulate a design row and keep a frame at every look of one stage."""
+    """Simulate a design row and store a frame at every sampling interval of one stage."""
     film, job = Film(stage), import_module(module_of(row["experiment"], "simulate"))
     job.run(soil_of(row), settings["setup"], engine_of(settings), row["seed"], each=film)
     return film

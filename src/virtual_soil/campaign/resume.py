@@ -1,4 +1,4 @@
-"""A simulation's checkpoint: saved every so often, found again by the job's next attempt, removed when its tables are written."""
+"""Checkpoint of a simulation: saved at intervals, resumed by the next attempt, removed when the tables are written."""
 
 import contextlib
 import json
@@ -11,20 +11,20 @@ import dem
 from dem.checkpoint import load_with_notes
 from dem.experiments.state import State
 
-#: Signals on which a job saves its state and ends: schedulers send the first before they kill, a person the second.
+#: Signals on which a job saves its state and ends: the first is sent by schedulers before SIGKILL, the second by Ctrl-C.
 SIGNALS = (signal.SIGTERM, signal.SIGINT)
 
-#: Name among the notes of what belongs to the job, not to the test.
+#: Key of the job's own data among the notes of a checkpoint.
 JOB = "job"
 
 
 class Checkpoint:
-    """Where one simulation is saved, how often, and what must agree for it to go on from there.
+    """Checkpoint of one simulation: path, saving interval, and the identity that must agree to resume.
 
     Parameters
     ----------
-    path : the file; its folder is made. interval_s : seconds between two saves. identity : JSON-like, all that the result depends
-        on; a file with another identity is not gone on from.
+    path : the file; its folder is created. interval_s : seconds between two saves. identity : JSON-like, everything on which the
+        result depends; a file with another identity is not resumed.
     """
 
     def __init__(self, path: str, interval_s: float, identity: dict):
@@ -37,11 +37,11 @@ class Checkpoint:
 
     @property
     def spent_s(self) -> float:
-        """Wall time in s spent on the simulation, in this job and in those before that it goes on from."""
+        """Wall time in s spent on the simulation, in this job and in the previous attempts that it resumes."""
         return self.earlier_s + time.monotonic() - self.begun
 
     def state(self) -> State | None:
-        """The state to go on from; None, and a line in the log where there is a file of no use, to begin anew."""
+        """Return the state to resume; None to start from the beginning. An unusable file is reported in the log."""
         if not self.path.exists():
             return None
         try:
@@ -58,8 +58,8 @@ class Checkpoint:
         return State(simulation, job["stage"], job["end_step"], notes)
 
     def keep(self, state: State) -> None:
-        """Save the state when it is time to; after a signal, or when Snakemake was killed, at once, and end the job."""
-        if os.getppid() != self.parent:  # nobody waits for the result any more; the next attempt is not to meet this one
+        """Save the state at the saving interval. After a signal, or if Snakemake was killed, save at once and end the job."""
+        if os.getppid() != self.parent:  # Snakemake has ended: the job must not overlap with the next attempt
             self.signal = signal.SIGHUP
         if self.signal is None and time.monotonic() - self.saved < self.interval_s:
             return
@@ -70,7 +70,7 @@ class Checkpoint:
             raise SystemExit(128 + self.signal)
 
     def save(self, state: State) -> None:
-        """Save the state; where that fails, the simulation goes on and the log says so."""
+        """Save the state; if that fails, the simulation continues and the log reports it."""
         job = {"identity": self.identity, "stage": state.stage, "end_step": state.end_step, "spent_s": self.spent_s}
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -80,7 +80,7 @@ class Checkpoint:
 
     @contextlib.contextmanager
     def on_signals(self):
-        """While inside, a signal is only noted, for `keep` to act on."""
+        """Context manager: record signals; `keep` handles them."""
         before = {number: signal.signal(number, self.note) for number in SIGNALS}
         try:
             yield self
@@ -89,10 +89,10 @@ class Checkpoint:
                 signal.signal(number, handler)
 
     def note(self, number: int, _) -> None:
-        """Note a signal; nothing more, because it may come in the midst of anything."""
+        """Record a signal. It may arrive at any point of the code, so nothing else is done here."""
         self.signal = number
 
     def remove(self) -> None:
-        """The simulation is finished: its checkpoint is of no more use."""
-        for path in self.path.parent.glob(f"{self.path.name}*"):  # with what a killed job left half written
+        """Delete the checkpoint of a finished simulation."""
+        for path in self.path.parent.glob(f"{self.path.name}*"):  # including incomplete files of killed jobs
             path.unlink(missing_ok=True)

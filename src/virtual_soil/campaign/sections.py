@@ -1,4 +1,4 @@
-"""Every setting of a study, once: the sections of the configuration that belong to no single experiment, and the whole."""
+"""Settings of a study: the sections of the configuration that are not specific to an experiment, and the complete study."""
 
 from dataclasses import dataclass
 
@@ -23,7 +23,7 @@ def seeds(stage: str) -> dict:
 
 @dataclass(frozen=True, kw_only=True)
 class Material:
-    """The grains, where nothing else is varied: the paper's base set (Briend et al. 2011, "Sensitivity analysis")."""
+    """The grains, unless the design varies them: the paper's base set (Briend et al. 2011, "Sensitivity analysis")."""
 
     radius_m: float = setting("mean grain radius", 50e-6, above=0)
     radius_sd_ratio: float = setting(
@@ -45,7 +45,7 @@ COUPLE = {"type": "object", "additionalProperties": {"type": "number", "minimum"
 
 Design = make(
     "Design",
-    "The points to simulate: a full factorial of the grid variables, and sweeps of others at constant couples of the grid's.",
+    "The simulated points: a full factorial of the grid variables, and sweeps of others at constant couples of the grid variables.",
     {
         "variables": (
             list[str],
@@ -83,10 +83,10 @@ Design = make(
         "geometry": (
             str,
             choice(
-                "scaled: tube and box grow with the grain radius; fixed: they keep their size at material.radius_m",
+                "scaled: tube and box scale with the grain radius; fixed: they have the size for material.radius_m",
                 "scaled",
                 ("scaled", "fixed"),
-                note="fixed: 3 grains of 500 um would fill the tube",
+                note="with fixed, 3 grains of 500 um would fill the tube",
             ),
         ),
         **seeds("design"),
@@ -96,11 +96,11 @@ Design = make(
 
 @dataclass(frozen=True, kw_only=True)
 class Screening:
-    """Which grain parameters matter (the paper's Table 2): one changed at a time."""
+    """Screening of the grain parameters (the paper's Table 2): one changed at a time."""
 
-    response: str = choice("the response that is screened", "angle_of_repose", RESPONSES)
+    response: str = choice("screened response", "angle_of_repose", RESPONSES)
     base_seeds: list[int] = setting(
-        "seeds at the base set; at least two: the scatter over seeds is the surrogates' noise",
+        "seeds at the base set, at least two: the scatter between seeds is the noise of the surrogates",
         [1, 2, 3, 4, 5],
         minimum=0,
         of={"minItems": 2, "uniqueItems": True},
@@ -122,7 +122,7 @@ class Screening:
 
 Check = make(
     "Check",
-    "Points that are simulated at both fidelities; the report shows the bias beside the seeds' scatter.",
+    "Points that are simulated at both fidelities; the report compares the bias with the scatter between seeds.",
     {
         "couples": (
             list[dict[str, float]],
@@ -143,16 +143,16 @@ def fidelity_fields() -> dict:
     }
 
 
-FidelityOfAll = make("FidelityOfAll", "How faithfully the experiments are simulated.", fidelity_fields())
+FidelityOfAll = make("FidelityOfAll", "Numerical fidelity of all experiments.", fidelity_fields())
 REFERENCE = {key: value for experiment in EXPERIMENTS for key, value in experiment.REFERENCE.items()}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fidelity:
-    """How faithfully the experiments are simulated."""
+    """Numerical fidelity of the simulations."""
 
-    campaign: FidelityOfAll = section(FidelityOfAll, "What every simulation uses.")  # type: ignore[valid-type]
-    reference: FidelityOfAll = section(FidelityOfAll, "The paper's own fidelity, at the check points only.", **REFERENCE)  # type: ignore[valid-type]
+    campaign: FidelityOfAll = section(FidelityOfAll, "Fidelity of every simulation, except the reference.")  # type: ignore[valid-type]
+    reference: FidelityOfAll = section(FidelityOfAll, "The paper's fidelity, used only at the check points.", **REFERENCE)  # type: ignore[valid-type]
     check: Check = section(Check)  # type: ignore[valid-type]
 
 
@@ -162,18 +162,21 @@ class Engine:
 
     rolling_model: str = choice("type_a: EDEM's; type_c: elastic-plastic", "type_a", ROLLING)
     damping_model: str = choice(
-        "edem: the dashpot may pull before grains part; no_pull: it never pulls; both rebound with e", "edem", DAMPING_MODELS
+        "edem: the contact force may become attractive during rebound; no_pull: it never does; both have restitution e",
+        "edem",
+        DAMPING_MODELS,
     )
     precision: str = choice(
-        "of the contact arithmetic",
+        "precision of the contact arithmetic",
         "float32",
         ("float32", "float64"),
-        note="positions are always float64, velocities have 48 bits at least",
+        note="positions are always float64, velocities have at least 48 bits",
     )
     energy_ledger: bool = setting(
-        "book every step's energy: energy_dissipated_j and energy_residual_ratio in the tables; several times slower", False
+        "record the energy balance of every step (energy_dissipated_j, energy_residual_ratio in the tables); several times slower",
+        False,
     )
-    vector_code: bool = setting("hottest kernels as explicit vector code; false: plain numba, the same within rounding", True)
+    vector_code: bool = setting("explicit vector code for the main kernels; false: plain numba, identical within rounding", True)
     gravity_m_s2: float = setting("gravitational acceleration", 9.81, above=0)
 
 
@@ -191,7 +194,7 @@ def form(sweep_form: str) -> type:
             "model": (
                 str,
                 choice(
-                    "which surrogate the optimiser uses; best: the one with the smaller error at left-out points",
+                    "surrogate that the optimiser uses; best: the one with the smaller leave-one-out error",
                     "best",
                     ("best", "quadratic", "gaussian_process"),
                 ),
@@ -203,11 +206,11 @@ def form(sweep_form: str) -> type:
 FORMS = {name: form(response.sweep_form) for name, response in RESPONSES.items()}
 Surrogates = make(
     "Surrogates",
-    "f and g: the paper's polynomials (Equation 3), always fitted; model: what the optimiser uses.",
+    "f and g: the paper's polynomials (Equation 3), always fitted; model: the surrogate that the optimiser uses.",
     {name: (FORMS[name], section(FORMS[name])) for name in RESPONSES},
 )
 
-#: The named term of the cost that prefers large grains (the paper's phi4).
+#: Name of the cost term that prefers large grains (the paper's phi4).
 LARGE_GRAINS = "large_grains"
 TERMS = sorted([*RESPONSES, LARGE_GRAINS])
 EQUAL = dict.fromkeys(TERMS, 0.25)
@@ -226,7 +229,7 @@ class Optimise:
     """The search for grain parameters."""
 
     cases: list[dict] = setting(
-        "what to calibrate: name, soil, and a weight for every response and for large grains",
+        "cases to calibrate: name, soil, and weights of every response and of large grains",
         [
             {"case": "sand", "soil": "silica_barco_sand", "weights": EQUAL},
             {"case": "regolith", "soil": "lunar_regolith", "weights": EQUAL},
@@ -239,7 +242,7 @@ class Optimise:
                 "additionalProperties": False,
                 "required": ["case", "soil", "weights"],
                 "properties": {
-                    "case": {**NAMES, "description": "name of the case and of its folder of exports: letters, digits, - and _"},
+                    "case": {**NAMES, "description": "name of the case and of its export folder: letters, digits, - and _"},
                     "soil": {"type": "string", "description": "one of soils"},
                     "weights": WEIGHTS,
                 },
@@ -247,10 +250,10 @@ class Optimise:
         },
     )
     tolerance: float = setting("the paper's epsilon on |dx|, x = (r in um, mu_s, mu_r)", 1e-3, above=0)
-    max_iterations: int = setting("of Gauss-Newton", 500, minimum=1)
-    n_starts: int = setting("initial guesses", 32, minimum=1)
+    max_iterations: int = setting("maximum number of Gauss-Newton iterations", 500, minimum=1)
+    n_starts: int = setting("number of initial guesses", 32, minimum=1)
     unreachable: str = choice(
-        "a target out of reach: nearest: aim at the nearest value that the design reaches; as_given: the paper",
+        "unreachable target: nearest: use the nearest reachable value; as_given: use the target itself, as the paper does",
         "nearest",
         ("nearest", "as_given"),
     )
@@ -258,39 +261,41 @@ class Optimise:
 
 @dataclass(frozen=True, kw_only=True)
 class Uncertainty:
-    """How sure the calibration is."""
+    """Uncertainty of the calibration."""
 
     target_uncertainty_ratio: float = setting(
-        "standard uncertainty of a target over its value where the soil file states none", 0.05, above=0, maximum=1
+        "relative standard uncertainty of a target if the soil file states none", 0.05, above=0, maximum=1
     )
-    n_samples: int = setting("samples of the posterior kept for each case", 1000, minimum=100, maximum=28800)
-    n_equivalents: int = setting("equivalent parameter sets kept for each case", 30, minimum=1)
+    n_samples: int = setting("number of stored posterior samples per case", 1000, minimum=100, maximum=28800)
+    n_equivalents: int = setting("number of stored equivalent parameter sets per case", 30, minimum=1)
 
 
 Refine = make(
     "Refine",
-    "Rounds of new simulations where the optima lie.",
+    "Rounds of refinement: new simulations near the optima.",
     {
-        "rounds": (int, setting("rounds of refinement; 0 is the paper's method", 1, minimum=0, maximum=100)),
+        "rounds": (int, setting("number of rounds; 0 is the paper's method", 1, minimum=0, maximum=100)),
         "points_per_case": (
             int,
             setting(
-                "new points of each case in each round",
+                "number of new points per case and round",
                 3,
                 minimum=1,
-                note="the optimum, its rivals among the distinct minima, then where least is known of what is probable",
+                note="the optimum, competing minima, then probable points with the largest predictive uncertainty",
             ),
         ),
         **seeds("refine"),
         "tolerance_ratio": (
             float,
             setting(
-                "difference of predicted and simulated, over the target, below which a case needs no more rounds", 0.05, above=0
+                "difference of predicted and simulated response, relative to the target, below which a case needs no further round",
+                0.05,
+                above=0,
             ),
         ),
     },
 )
-Verify = make("Verify", "Every optimum is simulated with seeds that no fit has seen.", seeds("verify"))
+Verify = make("Verify", "Every optimum is simulated with seeds that no fit has used.", seeds("verify"))
 
 TWIN = {
     "type": "object",
@@ -311,7 +316,7 @@ Study = make(
         "batch_minutes": (
             float,
             setting(
-                "minutes that a job of several short simulations should take; 0: a job for each; results do not depend on it",
+                "target duration in min of a job of short simulations; 0: one job per simulation; results do not depend on it",
                 0,
                 minimum=0,
             ),
@@ -338,7 +343,7 @@ Study = make(
         "twins": (
             dict[str, dict],
             setting(
-                "hidden soils to be found again: name -> values of the design variables, and seeds; see config/twin.yaml",
+                "virtual soils to be recovered: name -> values of the design variables, and seeds; see config/twin.yaml",
                 {},
                 of={"propertyNames": {key: NAMES[key] for key in ("maxLength", "pattern")}, "additionalProperties": TWIN},
             ),

@@ -1,4 +1,4 @@
-"""How a setting is declared: type, default, range and meaning in one line of a section's class.
+"""Declaration of settings: type, default, range and meaning in one line of a section's class.
 
 A section is a frozen dataclass whose fields are made by `setting` (a value), `section` (a nested section) or `choice` (one of a few
 texts). config/schema.yaml, config/config.yaml and docs/configuration.md are written from these classes (`make settings`).
@@ -9,7 +9,7 @@ import types
 import typing
 from typing import Any
 
-#: How a name that becomes part of paths is written, and its schema.
+#: Pattern of names that are part of paths, and its schema.
 NAME = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAMES: dict[str, Any] = {"type": "string", "maxLength": 100, "pattern": rf"^{NAME}$(?!\n)"}
 
@@ -23,9 +23,9 @@ def setting(meaning: str, default: Any, *, note: str = "", of: dict | None = Non
 
     Parameters
     ----------
-    meaning : one phrase, unit included where the name has none. default : its value in the default study. note : a sentence of
-    background for the default configuration file. of : further keywords of its schema. bounds : minimum, above (excluded), maximum,
-    below (excluded); of a list or a mapping those of its numbers.
+    meaning : one phrase, with the unit if the name has none. default : value in the default study. note : background in one
+    sentence, for the default configuration file. of : further keywords of the schema. bounds : minimum, above (exclusive), maximum,
+    below (exclusive); for a list or a mapping they apply to its numbers.
     """
     metadata = {"meaning": meaning, "note": note, "of": of or {}, "bounds": {BOUNDS[key]: value for key, value in bounds.items()}}
     if isinstance(default, dict | list):
@@ -34,29 +34,29 @@ def setting(meaning: str, default: Any, *, note: str = "", of: dict | None = Non
 
 
 def section(kind: type, note: str = "", **changes: Any) -> Any:
-    """Declare a nested section of a class, with the class's defaults but for some changes."""
+    """Declare a nested section of a class; changes : defaults that differ from the class's."""
     return dataclasses.field(default_factory=lambda: kind(**changes), metadata={"section": kind, "note": note})
 
 
 def choice(meaning: str, default: str, allowed: typing.Iterable[str], note: str = "") -> Any:
-    """Declare a setting that is one of a few texts."""
+    """Declare a setting with a few allowed strings."""
     return setting(meaning, default, note=note, of={"enum": list(allowed)})
 
 
 def make(name: str, doc: str, fields: dict[str, tuple[Any, Any]]) -> type:
-    """A section class of fields that are known at run time only: name -> (type, what `setting` or `section` returns)."""
+    """Create a section class from fields known only at run time: name -> (type, result of `setting` or `section`)."""
     made = dataclasses.make_dataclass(name, [(key, *entry) for key, entry in fields.items()], frozen=True, kw_only=True)
     made.__doc__ = doc
     return made
 
 
 def defaults(kind: type) -> dict:
-    """The default study's part of a section, as it stands in a configuration."""
+    """Default values of a section, as in a configuration."""
     return dataclasses.asdict(kind())
 
 
 def schema(kind: type) -> dict:
-    """JSON schema of a section: unknown keys are refused, all keys are there."""
+    """JSON schema of a section: all keys are required, unknown keys are refused."""
     types_ = typing.get_type_hints(kind)
     return {
         "type": "object",
@@ -79,7 +79,7 @@ def schema_of(field: dataclasses.Field, annotation: Any) -> dict:
 
 
 def value_schema(annotation: Any, bounds: dict) -> dict:
-    """JSON schema of a type; bounds are those of the numbers in it."""
+    """JSON schema of a type; bounds apply to its numbers."""
     if dataclasses.is_dataclass(annotation):
         return schema(typing.cast(type, annotation))
     origin, arguments = typing.get_origin(annotation), typing.get_args(annotation)
@@ -95,7 +95,7 @@ def value_schema(annotation: Any, bounds: dict) -> dict:
 
 
 def leaves(kind: type, key: str = "") -> typing.Iterator[tuple[str, dataclasses.Field, Any]]:
-    """Yield (dotted key, field, type) of every setting in a section and those below it."""
+    """Yield (dotted key, field, type) of every setting in a section and its nested sections."""
     types_ = typing.get_type_hints(kind)
     for field in dataclasses.fields(kind):
         name = f"{key}.{field.name}".lstrip(".")

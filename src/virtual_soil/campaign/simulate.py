@@ -1,7 +1,7 @@
-"""The simulations of a batch as a job: run or taken up again, failures recorded, results written whole or not at all.
+"""The simulations of a batch as a job: run or resumed, failures recorded, results written atomically.
 
-Every experiment stores the same files: `before` and `after` (grains), `history` (a time series, without rows where the test has
-none), `run` (a row per simulation) and `timing`.
+Every experiment stores the same files: `before` and `after` (grains), `history` (a time series, without rows if the test has
+none), `run` (one row per simulation) and `timing`.
 """
 
 import json
@@ -23,45 +23,45 @@ from virtual_soil.campaign.provenance import versions
 from virtual_soil.campaign.resume import Checkpoint
 from virtual_soil.campaign.tables import TableError, read_provenance, stack_tables, write_table
 
-#: What a simulation may raise because of its parameters; anything else is a fault of the program and stops the job.
+#: Exceptions caused by a simulation's parameters; any other exception is a program error and stops the job.
 FAILURES = (SimulationError, ValueError, FloatingPointError)
 
 
 def provenance(members: list, engine: str) -> dict:
-    """Where results come from; nothing in it changes from run to run. members : pairs of design row and settings."""
+    """Provenance of results, identical for repeated runs. members : pairs of design row and settings."""
     simulations = {row["simulation_id"]: {"design": row, "settings": settings} for row, settings in members}
     return {"simulations": simulations, "engine": engine, "versions": versions()}
 
 
 def grain_table(grains, simulation: str = "") -> dict[str, np.ndarray]:
-    """Of which simulation they are, positions, radii and speeds of grains as columns."""
+    """Return id of the simulation, positions, radii and speeds of grains as columns."""
     x, y, z = grains.positions_m.reshape(-1, 3).T
     speeds = np.linalg.norm(grains.velocities_m_s.reshape(-1, 3), axis=1)
     return of_simulation(simulation, {"x_m": x, "y_m": y, "z_m": z, "radius_m": grains.radii_m, "speed_m_s": speeds})
 
 
 def empty_grains() -> dict[str, np.ndarray]:
-    """The grain table of a failed simulation."""
+    """Empty grain table, for a failed simulation."""
     return empty_columns(("x_m", "y_m", "z_m", "radius_m", "speed_m_s"))
 
 
 def of_simulation(simulation: str, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The columns, and before them the id of the simulation in each row."""
+    """Prepend a column with the id of the simulation."""
     return {"simulation": np.full(len(next(iter(columns.values()), ())), simulation, dtype="U10"), **columns}
 
 
 def empty_columns(names) -> dict[str, np.ndarray]:
-    """Columns of numbers without rows, of no simulation."""
+    """Columns without rows and the column of the simulation's id."""
     return of_simulation("", {name: np.zeros(0) for name in names})
 
 
 def one_row(values: dict) -> dict[str, list]:
-    """A table of one row."""
+    """Convert a row to a table of one row."""
     return {name: [value] for name, value in values.items()}
 
 
 def simulate(row: dict, settings: dict, checkpoint: Checkpoint) -> tuple[dict, float]:
-    """One simulation: {output: (schema, columns)}, and the wall time in s. Goes on from its checkpoint if there is one."""
+    """Run one simulation, resuming its checkpoint if there is one; returns {output: (schema, columns)} and the wall time in s."""
     experiment, name = row["experiment"], row["simulation_id"]
     job = import_module(module_of(experiment, "simulate"))
     result, reason, seconds = recorded(job, row, settings, checkpoint)
@@ -76,9 +76,10 @@ def simulate(row: dict, settings: dict, checkpoint: Checkpoint) -> tuple[dict, f
 
 
 def recorded(job, row: dict, settings: dict, checkpoint: Checkpoint):
-    """Run an experiment, from its checkpoint if there is one; job : its `simulate` module.
+    """Run an experiment, resuming its checkpoint if there is one; job : its `simulate` module.
 
-    Returns (result, None, seconds), or (None, reason, seconds) when the parameters do not work. Ends the job after a signal.
+    Returns (result, None, seconds), or (None, reason, seconds) if the simulation fails because of its parameters. Ends the job
+    after a signal.
     """
     state, each = checkpoint.state(), Progress(job.STAGES)
     try:
@@ -93,7 +94,7 @@ def recorded(job, row: dict, settings: dict, checkpoint: Checkpoint):
 
 
 class Finished:
-    """Simulations that need not be run: kept by an earlier attempt, or made alone or in another batch, of the same identity."""
+    """Finished simulations of the same identity, from an earlier attempt, an own job or another batch; they are not run again."""
 
     def __init__(self, files: dict[str, str], kept: Path, sims: Path):
         self.files, self.kept, self.sims = files, kept, sims
@@ -101,7 +102,7 @@ class Finished:
         self.known: dict[Path, dict] = {}
 
     def folder(self, row: dict, settings: dict, engine: str) -> Path | None:
-        """Where a simulation's files are, among those of others perhaps; None where they are nowhere."""
+        """Folder that contains a simulation's files, possibly with those of others; None if there is none."""
         name, wanted = row["simulation_id"], provenance([(row, settings)], engine)
         others = [path for path in self.batches if may_hold(path.name, name)]
         for folder in (self.kept / name, self.sims / name, *others):
@@ -111,12 +112,12 @@ class Finished:
         return None
 
     def holds(self, folder: Path) -> dict:
-        """The provenance that all files in a folder have; empty where one is missing, broken or of another run."""
+        """Common provenance of all files in a folder; empty if a file is missing, damaged or from another run."""
         if folder not in self.known:
             paths = [folder / file for name, file in self.files.items() if name != "timing"]
             try:
                 first, *rest = [read_provenance(path) for path in paths]
-                json.loads((folder / self.files["timing"]).read_text())  # it is written last
+                json.loads((folder / self.files["timing"]).read_text())  # written last
                 self.known[folder] = first if all(other == first for other in rest) else {}
             except (TableError, OSError, ValueError):
                 self.known[folder] = {}
@@ -126,10 +127,11 @@ class Finished:
 def run_batch(
     members: list, engine: str, output: dict[str, str], checkpoints: str, interval_s: float, simulate: Callable = simulate
 ) -> None:
-    """Simulate what a batch holds, one after another, and write each output as one file, stacked in the order of the members.
+    """Simulate the members of a batch one after another and write each output as one file, in the order of the members.
 
-    Every finished simulation is kept in <checkpoints>/<id>/ until all files are written, so that nothing is lost when the job ends
-    early. After a fault of the program the others are still simulated; then the job fails, and its next attempt takes up that one.
+    Every finished simulation is kept in <checkpoints>/<id>/ until all files are written, so that no result is lost if the job ends
+    early. After a program error in one simulation the others are still run; then the job fails, and its next attempt repeats only
+    the failed one.
 
     Parameters
     ----------
@@ -151,9 +153,9 @@ def run_batch(
         try:
             tables, seconds = simulate(row, settings, checkpoint)
             folders[name] = keep(kept / name, tables, {name: seconds}, files, source)
-        except FileError:  # what the others make could not be written either
+        except FileError:  # the results of the others could not be written either
             raise
-        except Exception:  # whatever it is, the other simulations can do nothing for it
+        except Exception:  # any program error: the other simulations are independent of it
             traceback.print_exc()
             broken.append(name)
         else:
@@ -167,11 +169,11 @@ def run_batch(
     write_timing(output["timing"], {name: timing[name] for name, timing in zip(folders, timings, strict=True)})
     for name in folders:
         shutil.rmtree(kept / name, ignore_errors=True)
-        Checkpoint(str(kept / f"{name}.npz"), interval_s, {}).remove()  # of a job killed between its last step and its result
+        Checkpoint(str(kept / f"{name}.npz"), interval_s, {}).remove()  # of a job killed after its last step
 
 
 def keep(folder: Path, tables: dict, seconds: dict[str, float], files: dict[str, str], source: dict) -> Path:
-    """Write the files of one simulation into a folder, whole or not at all; returns the folder."""
+    """Write the files of one simulation into a folder atomically; returns the folder."""
     part = folder.with_name(f"{folder.name}.part")
     with writing(folder):
         for left in (part, folder):
@@ -185,5 +187,5 @@ def keep(folder: Path, tables: dict, seconds: dict[str, float], files: dict[str,
 
 
 def write_timing(path: str, seconds: dict[str, float]) -> None:
-    """The only output that differs from run to run: how long each simulation took."""
+    """Write the wall time of each simulation, the only output that differs between repeated runs."""
     write_text(path, json.dumps({"wall_time_s": seconds}))

@@ -1,9 +1,9 @@
-"""Step 1: the targets, that is the known responses of a real soil: values with a source, or raw laboratory files.
+"""Step 1: the targets, i.e. the measured responses of a real soil: values with a source, or raw laboratory files.
 
-A soil file (YAML) gives each response by its column's name (cohesion_pa, say) as {value, source, standard_uncertainty}; or, in
-place of the responses of an experiment, the entry that the experiment reads (its LABORATORY, `direct_shear_csv` say): a laboratory
-file beside the soil file, with `columns` (quantity: the file's own header), `decimal` and what else the experiment's `laboratory`
-module knows. `campaign.laboratory` says which files are understood.
+A soil file (YAML) lists each response by its column name (e.g. cohesion_pa) as {value, source, standard_uncertainty}. Instead of
+the responses of an experiment it may contain the entry that the experiment reads (its LABORATORY, e.g. `direct_shear_csv`): a
+laboratory file in the same folder, with `columns` (quantity: header in the file), `decimal` and further keys of the experiment's
+`laboratory` module. The accepted files are described in `campaign.laboratory`.
 """
 
 from importlib import import_module
@@ -26,14 +26,14 @@ KEYS = {response.column for response in RESPONSES.values()} | set(FILES)
 
 
 def reader(entry: str):
-    """The laboratory module that reads an entry of a soil file."""
+    """Return the laboratory module that reads an entry of a soil file."""
     return import_module(module_of(FILES[entry], "laboratory"))
 
 
 def measure_soil(path: str | Path) -> pd.DataFrame:
-    """One row per response: soil, property, value, standard_uncertainty (NaN if unknown), unit, source, method.
+    """Return one row per response: soil, property, value, standard_uncertainty (NaN if unknown), unit, source, method.
 
-    Raises CalibrationError naming file, key and value when something is missing, unknown or impossible.
+    Raises CalibrationError naming file, key and value if an entry is missing, unknown or impossible.
     """
     path = Path(path)
     content = soil_content(path)
@@ -52,7 +52,7 @@ def measure_soil(path: str | Path) -> pd.DataFrame:
 
 
 def soil_content(path: Path) -> dict:
-    """What a soil file says, its keys checked."""
+    """Read a soil file and check its keys."""
     try:
         content = yamls.load_file(path)
     except OSError as error:
@@ -66,10 +66,10 @@ def soil_content(path: Path) -> dict:
 
 
 def check_range(path: Path, response: Response, row: dict) -> None:
-    """Refuse impossible targets."""
+    """Raise CalibrationError for impossible targets."""
     key, value, uncertainty = f"{path}: {response.column}", row["value"], row["standard_uncertainty"]
     if response.signed:
-        # the intercept of a regression through noisy tests lies on either side of zero
+        # the intercept of a regression through noisy tests may be negative
         least = 0.0 if row["method"] == "value" or np.isnan(uncertainty) else -2.0 * uncertainty
         demand(value >= least, key, value, "zero or more, or as a regression's intercept within two standard errors of zero")
     else:
@@ -78,7 +78,7 @@ def check_range(path: Path, response: Response, row: dict) -> None:
 
 
 def from_value(path: Path, response: Response, entry) -> dict:
-    """A response given as a value."""
+    """Row of a response given as a value."""
     key = response.column
     allowed = {"value", "source", "standard_uncertainty"}
     demand(isinstance(entry, dict) and set(entry) <= allowed, f"{path}: {key}", entry, f"a mapping with keys of {sorted(allowed)}")
@@ -99,7 +99,7 @@ def from_value(path: Path, response: Response, entry) -> dict:
 
 
 def laboratory_files(path: str | Path) -> list[Path]:
-    """The laboratory files that a soil file names. Raises CalibrationError for a soil file that cannot be read."""
+    """Return the laboratory files named in a soil file. Raises CalibrationError for a soil file that cannot be read."""
     path = Path(path)
     content = soil_content(path)
     return [laboratory_path(path, entry, content[entry], reader(entry).KEYS) for entry in FILES if entry in content]

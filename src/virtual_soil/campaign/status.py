@@ -1,8 +1,8 @@
-"""How far a study is, from its files alone: `make status`, or `.venv/bin/python workflow/scripts/status.py --study default`.
+"""Progress of a study, from its files alone: `make status`, or `.venv/bin/python -m virtual_soil.campaign.status --study default`.
 
-Reads results/<study> and logs/<study> and nothing else, so it works from any terminal, beside a running campaign or after it.
-A simulation that has its files counts as done; as outdated when another engine made it than the newest result: it is run again.
-Whether a changed configuration would run it again, only `snakemake -n all` knows.
+Reads only results/<study> and logs/<study>, so it works from any terminal, during a campaign or after it. A simulation with all
+files is done. It is outdated, and will be rerun, if its engine version differs from that of the newest result. Reruns due to a
+changed configuration are shown only by `snakemake -n all`.
 """
 
 import argparse
@@ -23,18 +23,18 @@ from virtual_soil.campaign.tables import METADATA_KEY, UNREADABLE, one_line
 
 NAMES = {experiment.NAME: experiment.NOUNS[1] for experiment in reversed(EXPERIMENTS)}
 STATES = ("done", "outdated", "running", "failed", "stopped", "waiting")
-#: How a simulation's lines begin in the log of its job.
+#: Pattern of the beginning of a simulation's lines in the log of its job.
 HEADING = re.compile(r"^simulation ([0-9a-f]{10}): \d+ of \d+$\n?", flags=re.MULTILINE)
-#: A running simulation writes to its log every few seconds; one that has not for so long (s) was stopped.
+#: Time in s without log output after which a simulation counts as stopped; a running one writes to its log every few seconds.
 SILENT_S = 120.0
 #: Width of the bar, in characters.
 BAR = 30
-#: How many failures are named one by one.
+#: Maximum number of failures that are listed.
 SHOWN = 5
 
 
 def read_rows(path: Path, columns: list[str]) -> list[dict]:
-    """Rows of a table; exits with one line naming the file when it is no table with these columns."""
+    """Read the rows of a table; exits with one line naming the file if it is not a table with these columns."""
     try:
         return pq.ParquetFile(path).read(columns=columns).select(columns).to_pylist()
     except UNREADABLE as error:
@@ -42,7 +42,7 @@ def read_rows(path: Path, columns: list[str]) -> list[dict]:
 
 
 def planned(results: Path) -> dict[str, dict]:
-    """simulation_id -> experiment, fidelity and step of every simulation planned so far; one planned twice is in its first step."""
+    """Return simulation_id -> experiment, fidelity and step of every planned simulation; duplicates belong to their first step."""
     rounds = sorted(results.glob("rounds/*/design.parquet"), key=lambda path: int(path.parent.name))
     steps = {"campaign": results / "design.parquet"}
     steps |= {f"round {path.parent.name}": path for path in rounds} | {"verification": results / "verification" / "design.parquet"}
@@ -55,9 +55,9 @@ def planned(results: Path) -> dict[str, dict]:
 
 
 def results_in(results: Path) -> dict[str, dict]:
-    """simulation_id -> state, what there is to say of it, wall time in s; of every result, also of batches that are not finished.
+    """Return simulation_id -> state, note and wall time in s of every result, including those of unfinished batches.
 
-    Where a simulation has several results, as its batch is another one now, the newest counts.
+    If a simulation has several results, because its batch has changed, the newest counts.
     """
     paths = [path for folder in ("checkpoints/*", "sims/*/*") for path in results.glob(f"{folder}/run.parquet")]
     found = {}
@@ -73,7 +73,7 @@ def results_in(results: Path) -> dict[str, dict]:
                 state, name = "failed" if run["status"] == "failed" else "done", run["simulation_id"]
                 found[name] = {"state": state, "note": run["reason"], "wall_time_s": seconds[name], **made}
                 found[name]["expected_s"] = expected_s(*provenance["simulations"][name].values())
-        except FileNotFoundError:  # its timing: it is just being written
+        except FileNotFoundError:  # the timing file is missing: the result is being written
             pass
         except UNREADABLE as error:
             found[folder.name] = {"state": "failed", "note": f"{folder}: unreadable result ({type(error).__name__})"}
@@ -81,9 +81,9 @@ def results_in(results: Path) -> dict[str, dict]:
 
 
 def logged_in(logs: Path, now: float) -> dict[str, dict]:
-    """simulation_id -> state and what there is to say of it, of the last simulation in every log and of those that crashed before.
+    """Return simulation_id -> state and note, of the last simulation in every log and of those that crashed before.
 
-    A log without any is of a job that has not come to its first simulation; its batch stands for it.
+    A log without simulations belongs to a job that has not started its first one; the key is then the batch.
     """
     found = {}
     for log in (path for experiment in NAMES for path in (logs / experiment).glob("*.log")):
@@ -97,7 +97,7 @@ def logged_in(logs: Path, now: float) -> dict[str, dict]:
 
 
 def mark_outdated(rows: dict[str, dict]) -> None:
-    """Give the results of another engine than the newest result's their state: they are of a campaign before this one."""
+    """Mark results as outdated if their engine differs from that of the newest result."""
     made = [row for row in rows.values() if "engine" in row]
     newest = max(made, key=lambda row: row["made"], default={})
     for row in made:
@@ -106,7 +106,7 @@ def mark_outdated(rows: dict[str, dict]) -> None:
 
 
 def in_log(log: Path, lines: list[str], now: float) -> dict:
-    """State of something without result, from its lines in a log: with a traceback it crashed, a silent one was stopped."""
+    """State of a simulation or job without result, from its log lines: failed (traceback), stopped (no recent output), running."""
     last = lines[-1] if lines else ""
     if any(line.startswith(("Traceback", "error: ")) for line in lines):
         return {"state": "failed", "note": f"{log}: {last}"}
@@ -124,9 +124,10 @@ def mean_times(rows: dict[str, dict]) -> dict[tuple, float]:
 
 
 def work_left(rows: dict[str, dict]) -> tuple[float, int]:
-    """Seconds that the unfinished simulations will take one after another, and how many are like none that has finished.
+    """Return the total time in s of the unfinished simulations and the number of simulations without a time estimate.
 
-    A running one counts half: on average that much is left of it. The second or two that each job takes to start do not count.
+    No estimate exists for a kind without a finished simulation. Running simulations count half, the mean remaining time. The
+    start-up of a job (one or two seconds) is neglected.
     """
     means, seconds, unknown = mean_times(rows), 0.0, 0
     for row in rows.values():
@@ -138,7 +139,7 @@ def work_left(rows: dict[str, dict]) -> tuple[float, int]:
 
 
 def model_errors(rows: dict[str, dict]) -> list[str]:
-    """How far the cost model, by which batches are made and time is asked for, is from what finished simulations took."""
+    """Errors of the cost model (used for batches and requested times), from the wall times of finished simulations."""
     ratios: dict[str, list[float]] = {}
     for row in rows.values():
         if row["state"] == "done" and row["wall_time_s"]:
@@ -151,7 +152,7 @@ def model_errors(rows: dict[str, dict]) -> list[str]:
 
 
 def crashed_rules(logs: Path) -> list[str]:
-    """The last line of the logs of all other rules that ended with a traceback."""
+    """Return the last log line of every other rule that ended with a traceback."""
     lines = []
     for log in sorted(
         [*logs.glob("*.log"), *logs.glob("rounds/*/*.log"), *logs.glob("verification/*.log"), *logs.glob("export/*.log")]
@@ -163,7 +164,7 @@ def crashed_rules(logs: Path) -> list[str]:
 
 
 def duration(seconds: float) -> str:
-    """A time in the unit that suits it."""
+    """Format a time in s, min or h."""
     for unit, length in (("h", 3600.0), ("min", 60.0)):
         if seconds >= 2.0 * length:
             return f"{seconds / length:.1f} {unit}"
@@ -171,7 +172,7 @@ def duration(seconds: float) -> str:
 
 
 def report(study: str, root: Path, now: float) -> str:
-    """The whole answer as text; exits with one line when there is no such study or a design cannot be read."""
+    """Return the complete report as text; exits with one line if the study does not exist or a design cannot be read."""
     results, logs = root / "results" / study, root / "logs" / study
     if not results.is_dir() and not logs.is_dir():
         known = sorted(path.parent.name for path in root.glob("results/*/design.parquet"))
@@ -191,14 +192,14 @@ def report(study: str, root: Path, now: float) -> str:
 
 
 def bar(study: str, rows: dict[str, dict]) -> str:
-    """How many simulations need not run any more: done, or failed for good with their reason recorded."""
+    """Bar with the number of simulations that are finished: done, or failed with a recorded reason."""
     n_over = sum("wall_time_s" in row and row["state"] != "outdated" for row in rows.values())
     filled, share = BAR * n_over // len(rows), 100 * n_over // len(rows)
     return f"{study} [{'#' * filled}{'.' * (BAR - filled)}] {n_over} of {len(rows)} planned simulations ({share} %)"
 
 
 def table(rows: dict[str, dict]) -> list[str]:
-    """A line for each step and experiment: how many simulations are in which state, and how long a finished one took."""
+    """Return a line per step and experiment: number of simulations in each state and mean wall time."""
     lines = [f"{'step':<26}" + "".join(f"{state:>9}" for state in STATES) + f"{'mean time':>12}"]
     for step, experiment in dict.fromkeys((row["step"], row["experiment"]) for row in rows.values()):
         here = [row for row in rows.values() if (row["step"], row["experiment"]) == (step, experiment)]
@@ -209,7 +210,7 @@ def table(rows: dict[str, dict]) -> list[str]:
 
 
 def one_by_one(rows: dict[str, dict], state: str) -> list[str]:
-    """The first few simulations in a state, with what their log or their result says."""
+    """List the first few simulations in a state, with the note from their log or result."""
     found = [
         f"{state}: {row['experiment']} {name}: {row['note'] or 'started'}" for name, row in rows.items() if row["state"] == state
     ]
@@ -217,7 +218,7 @@ def one_by_one(rows: dict[str, dict], state: str) -> list[str]:
 
 
 def outlook(rows: dict[str, dict], results: Path) -> list[str]:
-    """What is left, as far as that can be known."""
+    """Estimate of the remaining time."""
     seconds, unknown = work_left(rows)
     n_running = sum(row["state"] == "running" for row in rows.values())
     n_crashed = sum(row["state"] == "failed" and "wall_time_s" not in row for row in rows.values())
@@ -239,12 +240,12 @@ def outlook(rows: dict[str, dict], results: Path) -> list[str]:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Print how far a study is."""
+    """Print the progress of a study."""
     parser = argparse.ArgumentParser(description="How far a study is, from its files alone.")
     parser.add_argument("--study", default="default", help="folder below results/ (default: default)")
     print(report(parser.parse_args(arguments).study, ROOT, time.time()))
 
 
 if __name__ == "__main__":
-    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # a reader that has seen enough, as `head`, is no fault
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # the reader, e.g. `head`, has closed the pipe: not an error
     main()

@@ -1,4 +1,4 @@
-"""What simulations have stored, by simulation: a file holds what one job ran."""
+"""Stored tables by simulation; a file contains all simulations of one job."""
 
 import pandas as pd
 
@@ -6,7 +6,7 @@ from virtual_soil.campaign.tables import read_simulations
 
 
 def stored(paths, name: str) -> dict[str, pd.DataFrame]:
-    """Simulation -> its rows of a table of schema `name`; one that failed is not there."""
+    """Return simulation -> its rows of a table of schema `name`, without failed simulations."""
     return {
         simulation: table.drop(columns="simulation")
         for path in dict.fromkeys(map(str, paths))

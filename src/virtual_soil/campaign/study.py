@@ -1,4 +1,4 @@
-"""What the Snakefile knows of a study before any job runs: its checked configuration, its simulations, its code."""
+"""A study before any job runs, for the Snakefile: checked configuration, simulations and files."""
 
 import itertools
 import math
@@ -19,23 +19,22 @@ from virtual_soil.campaign.soils import laboratory_files, measure_soil
 from virtual_soil.campaign.tables import TableError, read_table
 from virtual_soil.errors import InputError
 
-#: Meaning of the key `soil`, which belongs to no study: it is given on the command line.
+#: Meaning of the key `soil`, which is given only on the command line.
 SOIL_KEY = "of rule first_answer: a name in config/soils or a soil file; by default the study's soils"
-#: Folders in results/ that belong to no study.
+#: Folders in results/ that are not studies.
 RESERVED = ("first_answer", "verification")
-#: How deep a configuration may be nested (its schema is five deep), the magnitude no number in it reaches, and how many lines a
-#: message about it has.
+#: Maximum nesting depth of a configuration (the schema's is five), upper bound of numbers, maximum number of lines of a message.
 MAX_DEPTH, LARGEST, SHOWN = 20, 2.0**62, 20
-#: Grains times steps that one simulation stays below: at 50 million a second, 600 years.
+#: Upper bound of grains times steps of one simulation: 600 years at 50 million per second.
 MAX_GRAIN_STEPS = 1e18
 
 
 class StudyError(InputError, ValueError):
-    """A study that cannot be run as it is configured; the message names key, value and what is allowed."""
+    """Error: a study cannot be run as configured; the message names key, value and the allowed values."""
 
 
 def check_config(config: dict) -> None:
-    """Refuse a configuration that the settings' classes do not allow; the message names key, value and what is allowed."""
+    """Refuse a configuration that violates the settings classes; the message names key, value and the allowed values."""
     lines = list(oddities(config)) or list(old_weights(config))
     if not lines:
         schema = settings.schema(Study)
@@ -50,13 +49,13 @@ def check_config(config: dict) -> None:
 
 
 def reserved_names(config: dict):
-    """Yield a line for a study with the name of a folder in results/ that belongs to no study."""
+    """Yield a line if the study has a reserved name: a folder in results/ that is not a study."""
     if config["study"] in RESERVED:
         yield f"study: {config['study']} is the folder of other results; allowed: another name than {', '.join(RESERVED)}."
 
 
 def old_weights(config: dict):
-    """Yield a line for every case whose weights are a list, as they were before they had names."""
+    """Yield a line for every case whose weights are a list, the former format without names."""
     optimise = config.get("optimise")
     cases = optimise.get("cases") if isinstance(optimise, dict) else None
     for case in cases if isinstance(cases, list) else ():
@@ -69,7 +68,7 @@ def old_weights(config: dict):
 
 
 def check_files(paths) -> None:
-    """Refuse configuration files in which a key is given twice: YAML would silently take the last."""
+    """Refuse configuration files with duplicate keys: YAML would silently use the last."""
     for path in paths:
         try:
             yamls.load_file(path)
@@ -78,7 +77,7 @@ def check_files(paths) -> None:
 
 
 def oddities(value, key: str = "", depth: int = 0):
-    """Yield a line for all that YAML can say but no key of a study can mean, and that a schema does not see."""
+    """Yield a line for every value that YAML and the schema accept but that no key of a study allows."""
     name = key or "the configuration"
     if depth > MAX_DEPTH:
         yield f"{name}: nested more than {MAX_DEPTH} deep."
@@ -92,26 +91,26 @@ def oddities(value, key: str = "", depth: int = 0):
         for place, content in enumerate(value):
             yield from oddities(content, f"{key}.{place}", depth + 1)
     elif isinstance(value, int | float):
-        if not abs(value) < LARGEST:  # NaN is not, either
+        if not abs(value) < LARGEST:  # also refuses NaN
             yield f"{name}: {shortened(value)} is no number below {LARGEST:g}."
     elif not isinstance(value, str | None):
         yield f"{name}: {shortened(value)} is neither a number nor a text, list or mapping."
 
 
 def shortened(value) -> str:
-    """A value in a message, shortened; Python refuses to print very long integers."""
+    """Format a value for a message, shortened; Python refuses to print very long integers."""
     text = "a whole number of more than 18 digits" if isinstance(value, int) and abs(value) >= LARGEST else str(value)
     return text if len(text) <= 200 else f"{text[:200]}..."
 
 
 def described(value, schema: dict) -> list[str]:
-    """A line for everything in which a value does not obey a schema, in the order of the keys."""
+    """Return a line for every violation of a schema, in the order of the keys."""
     errors = jsonschema.Draft202012Validator(schema).iter_errors(value)
     return [describe(error) for error in sorted(errors, key=lambda error: list(map(str, error.path)))]
 
 
 def described_materials(config: dict, rules: dict[str, dict]) -> list[str]:
-    """A line for every value in the design that its key of `material` may not have."""
+    """Return a line for every value in the design outside the range of its `material` key."""
     design, check = config["design"], config["fidelity"]["check"]
     groups = {"design.grid": design["grid"], "design.sweep": design["sweep"], "screening.changes": config["screening"]["changes"]}
     groups |= {f"design.sweep_couples.{k}": couple for k, couple in enumerate(design["sweep_couples"])}
@@ -127,7 +126,7 @@ def described_materials(config: dict, rules: dict[str, dict]) -> list[str]:
 
 
 def describe(error: jsonschema.ValidationError) -> str:
-    """One line for one schema error."""
+    """Format a schema error as one line."""
     key = ".".join(map(str, error.absolute_path)) or "the configuration"
     if error.validator == "additionalProperties":
         known = set(error.schema.get("properties", {}))
@@ -140,7 +139,7 @@ def describe(error: jsonschema.ValidationError) -> str:
 
 
 def design_rows(config: dict) -> list[dict]:
-    """Rows of the design, with plain Python values (None where a value does not apply)."""
+    """Return the rows of the design with plain Python values (None if a value does not apply)."""
     design = config["design"]
     try:
         demand(
@@ -157,7 +156,7 @@ def design_rows(config: dict) -> list[dict]:
 
 
 def simulations(config: dict, rows: list[dict]) -> dict[str, dict]:
-    """simulation_id -> what is simulated for the rows of a design that share it, without what it is for."""
+    """Return simulation_id -> the simulated design row (without purposes) of all rows that share it."""
     found = {}
     for row in rows:
         if row["simulation_id"] not in found:
@@ -169,11 +168,11 @@ def simulations(config: dict, rows: list[dict]) -> dict[str, dict]:
 
 
 def check_costs(config: dict, rows: dict[str, dict]) -> None:
-    """Refuse a study with a simulation that no machine could ever finish: some size, speed or time is wrong by magnitudes."""
+    """Refuse a study with a simulation that cannot finish: a size, speed or time is wrong by orders of magnitude."""
     for row in rows.values():
         try:
             work = math.prod(BY_NAME[row["experiment"]].cost(row, experiment_settings(config, row)))
-        except (ArithmeticError, ValueError):  # the engine refuses what cannot be simulated
+        except (ArithmeticError, ValueError):  # the engine refuses these settings
             work = math.inf
         if not work < MAX_GRAIN_STEPS:
             raise StudyError(
@@ -183,18 +182,18 @@ def check_costs(config: dict, rows: dict[str, dict]) -> None:
 
 
 def plain_rows(table) -> list[dict]:
-    """Rows of a design table, with plain Python values (None where a value does not apply)."""
+    """Convert a design table to rows of plain Python values (None if a value does not apply)."""
     return [{key: plain_value(value) for key, value in row.items()} for row in table.to_dict("records")]
 
 
 def plain_value(value):
-    """Python's own number for numpy's; None for NaN."""
+    """Convert a numpy number to a Python number; None for NaN."""
     plain = value.item() if hasattr(value, "item") else value
     return None if isinstance(plain, float) and math.isnan(plain) else plain
 
 
 def base_simulation(config: dict, rows: list[dict], experiment: str) -> dict:
-    """The campaign's row at the grid point nearest to the base set: its first seed, the largest load."""
+    """Return the campaign's row at the grid point nearest to the base set, with the first seed and the largest load."""
     grid = [row for row in rows if row["experiment"] == experiment and row["fidelity"] == "campaign" and "grid" in row["purposes"]]
     nearest = min(grid, key=lambda row: sum(abs(row[name] - config["material"][name]) for name in config["design"]["grid"]))
     same = [row for row in grid if row["point_id"] == nearest["point_id"] and row["seed"] == nearest["seed"]]
@@ -202,13 +201,13 @@ def base_simulation(config: dict, rows: list[dict], experiment: str) -> dict:
 
 
 def planned_stages(results: str) -> list[str]:
-    """The campaign and the later stages that are planned so far, by their folders below results/<study>."""
+    """Return the campaign and the later stages planned so far, as folders below results/<study>."""
     folders = [f"{results}/verification", *sorted(map(str, Path(results).glob("rounds/*")))]
     return ["", *(folder[len(results) :] for folder in folders if (Path(folder) / "design.parquet").is_file())]
 
 
 def proposed_rows(path: str) -> list[dict]:
-    """Rows of the design table of a later stage."""
+    """Read the rows of a later stage's design table."""
     try:
         return plain_rows(read_table(path, "design"))
     except TableError as error:
@@ -216,12 +215,12 @@ def proposed_rows(path: str) -> list[dict]:
 
 
 def experiment_settings(config: dict, row: dict) -> dict:
-    """What a simulation depends on beside its design row: keyword arguments of its test's setup and of its engine."""
+    """Return the settings of a simulation in addition to its design row: keyword arguments of the test's Setup and the engine."""
     return BY_NAME[row["experiment"]].setup(config, row)
 
 
 def soil_files(config: dict) -> list[str]:
-    """The soil files of a study, refused with a message that lists what exists when one is missing."""
+    """Return the soil files of a study; raises StudyError listing the existing files if one is missing."""
     folder = Path("config/soils")
     for soil in config["soils"]:
         if not (folder / f"{soil}.yaml").is_file():
@@ -231,7 +230,7 @@ def soil_files(config: dict) -> list[str]:
 
 
 def first_answer_soils(soil: str | None, config: dict) -> dict[str, str]:
-    """Name -> soil file of what rule first_answer calibrates: one soil by its name or its file, or all soils of the study."""
+    """Return name -> soil file for rule first_answer: one soil, given by name or file, or all soils of the study."""
     if soil is None:
         return dict(zip(config["soils"], soil_files(config), strict=True))
     path = soil if Path(soil).suffix in (".yaml", ".yml") else soil_files({"soils": [soil]})[0]
@@ -248,7 +247,7 @@ def first_answer_soils(soil: str | None, config: dict) -> dict[str, str]:
 
 
 def raw_files(soils: list[str]) -> list[str]:
-    """The laboratory files that soil files name, so that a change in one measures its soil again."""
+    """Return the laboratory files named in soil files; they are inputs, so that a change reruns the measurement."""
     try:
         return [path.as_posix() for soil in soils for path in laboratory_files(soil)]
     except CalibrationError as error:
@@ -256,7 +255,7 @@ def raw_files(soils: list[str]) -> list[str]:
 
 
 def check_soils(config: dict) -> None:
-    """Read every soil file, so that an impossible target is refused before anything is simulated; cases must name a soil."""
+    """Read every soil file to refuse impossible targets before any simulation; also check that every case names a soil."""
     try:
         for path in soil_files(config):
             measure_soil(path)

@@ -1,10 +1,9 @@
-"""Parquet in and out: every table is checked against its schema and carries its provenance in the file's metadata.
+"""Reading and writing of Parquet tables, with checks against their schemas and provenance in the file's metadata.
 
-schemas/<name>.yaml lists the columns of a table: type (string, integer, number, boolean), unit, meaning, and optionally
-minimum, maximum, allowed values and whether values may be missing; `includes` takes over the columns of other tables. A column with
-{response} or {load} in its name stands for one per response or load; `allowed: experiments` or `responses` for their names. Columns
-beyond the listed ones (a further material property, say) are let through. Simulations write dicts of columns, so that their short
-jobs need not import pandas.
+schemas/<name>.yaml lists the columns of a table: type (string, integer, number, boolean), unit, meaning, and optionally minimum,
+maximum, allowed values and `missing_allowed`. `includes` adds the columns of other schemas. A column name with {response} or {load}
+is expanded to one column per response or load; `allowed: experiments` or `responses` means their names. Further columns (e.g. an
+additional material property) are accepted. Simulations write dicts of columns, so that short jobs do not import pandas.
 """
 
 import contextlib
@@ -23,31 +22,31 @@ from virtual_soil.campaign.batches import may_hold
 from virtual_soil.campaign.files import whole
 from virtual_soil.errors import InputError
 
-#: Folders of schemas: those of the campaign, and those of every experiment.
+#: Folders of schemas: of the campaign and of every experiment.
 SCHEMAS = (Path(__file__).with_name("schemas"), *sorted(Path(__file__).with_name("experiments").glob("*/schemas")))
 METADATA_KEY = b"virtual_soil"
 
 KINDS = {"string": "OTU", "integer": "iu", "number": "fiu", "boolean": "b"}
-#: The same for a file's columns, of which one without any value has no type.
+#: The same for the columns of a file; a column without values has no type.
 FILE_TYPES = {
     "string": (pa.types.is_string, pa.types.is_large_string, pa.types.is_null),
     "integer": (pa.types.is_integer,),
     "number": (pa.types.is_integer, pa.types.is_floating, pa.types.is_null),
     "boolean": (pa.types.is_boolean,),
 }
-#: How the readers of Parquet and JSON say that a file is damaged, or none of theirs.
+#: Exceptions of the Parquet and JSON readers for a damaged file or a file of another format.
 UNREADABLE = (pa.ArrowException, OSError, ValueError, TypeError, KeyError, OverflowError, RecursionError)
-#: What to do with a result that is not as it was written.
+#: Remedy for a damaged result.
 ADVICE = "Delete it and run again."
 
 
 class TableError(InputError, ValueError):
-    """A table that does not obey its schema, or a file that is no table."""
+    """Error: a table violates its schema, or a file is not a table."""
 
 
 @functools.cache
 def load_schema(name: str) -> dict[str, dict]:
-    """Rules of a table's columns, those of the schemas that it includes first."""
+    """Load the rules of a table's columns, starting with those of included schemas."""
     (path,) = (folder / f"{name}.yaml" for folder in SCHEMAS if (folder / f"{name}.yaml").is_file())
     schema = yaml.safe_load(path.read_text(encoding="utf-8"))
     columns: dict[str, dict] = {}
@@ -59,7 +58,7 @@ def load_schema(name: str) -> dict[str, dict]:
 
 
 def expanded(column: str, rule: dict):
-    """Yield the columns of an entry of a schema: one per response or load, where its name says so; and named lists in `allowed`."""
+    """Yield the columns of a schema's entry, expanded over responses or loads, with `allowed` lists resolved."""
     known = names()
     if isinstance(rule.get("allowed"), str):
         rule = rule | {"allowed": known[rule["allowed"]]}
@@ -70,9 +69,9 @@ def expanded(column: str, rule: dict):
 
 @functools.cache
 def names() -> dict[str, list[str]]:
-    """What a schema may name: experiments and responses, columns of responses and loads.
+    """Names for schemas: experiments and responses, columns of responses and loads.
 
-    The list of experiments is imported by name: a schema only refuses, so that no result depends on it.
+    The registry is imported by name, i.e. outside the code fingerprints: schemas only refuse tables, so no result depends on it.
     """
     registry = import_module("virtual_soil.campaign.experiments.registry")
     return {
@@ -84,7 +83,7 @@ def names() -> dict[str, list[str]]:
 
 
 def check_table(table, name: str, source: str):
-    """Return the table if it obeys schema `name`; raise TableError naming source, column, value and what is allowed.
+    """Return the table if it conforms to schema `name`; raise TableError naming source, column, value and the allowed values.
 
     A table is a DataFrame, or a dict of columns.
     """
@@ -115,7 +114,7 @@ def check_column(values: np.ndarray, column: str, rule: dict, source: str) -> No
 
 def write_table(table, path: str, name: str, provenance: dict) -> None:
     """Check a table and write it to Parquet with its provenance (any JSON-like dict)."""
-    if not isinstance(table, dict) and table.empty:  # of which pandas does not know what its columns would have held
+    if not isinstance(table, dict) and table.empty:  # the dtypes of an empty DataFrame are undefined
         table = empty_table(name, table.columns)
     check_table(table, name, path)
     if isinstance(table, dict):
@@ -128,7 +127,7 @@ def write_table(table, path: str, name: str, provenance: dict) -> None:
 
 
 def arrow_column(values: np.ndarray) -> pa.Array:
-    """One column of numbers or strings, made from memory: `pyarrow.array` would import pandas, a third of a short job's start."""
+    """Build a column from memory buffers: `pyarrow.array` would import pandas, a third of a short job's start-up time."""
     if values.dtype.kind == "U":
         texts = [text.encode() for text in values]
         ends = np.cumsum([0, *map(len, texts)], dtype=np.int32)
@@ -139,7 +138,7 @@ def arrow_column(values: np.ndarray) -> pa.Array:
 
 @contextlib.contextmanager
 def readable(path: str | Path):
-    """While inside, the error on a file that is no Parquet, or not the table that it should be, names it and says what to do."""
+    """Context manager: convert errors on an invalid or unexpected Parquet file into a TableError with its name and the remedy."""
     try:
         yield
     except TableError as error:
@@ -149,14 +148,14 @@ def readable(path: str | Path):
 
 
 def read_table(path: str, name: str):
-    """Read a table and check it (DataFrame); raises TableError naming the file, what is wrong and what to do."""
+    """Read and check a table (DataFrame); raises TableError naming the file, the fault and the remedy."""
     with readable(path), pq.ParquetFile(path) as file:
         check_types(file.schema_arrow, name, str(path))
         return check_table(file.read().to_pandas(ignore_metadata=True), name, str(path))
 
 
 def check_types(schema: pa.Schema, name: str, source: str) -> None:
-    """Check that every column of schema `name` is in a file once, with values of its type."""
+    """Check that a file has every column of schema `name` exactly once and with the right type."""
     rules = load_schema(name)
     for column, rule in rules.items():
         n = len(schema.get_all_field_indices(column))
@@ -169,12 +168,12 @@ def check_types(schema: pa.Schema, name: str, source: str) -> None:
 
 
 def one_line(error: Exception) -> str:
-    """What a library says of a fault, without line breaks and not at length."""
+    """Format a library's error message as one short line."""
     return " ".join(str(error).split())[:200] or type(error).__name__
 
 
 def read_runs(path: str, name: str) -> dict[str, dict]:
-    """Simulation -> how it went, of all that the job ran whose folder the file is in; raises what `read_table` raises."""
+    """Read simulation -> row of the run table, for all simulations in the folder of a file; raises the errors of `read_table`."""
     rows = {row["simulation_id"]: row for row in read_table(path, name).to_dict("records")}
     check_makers(path, rows)
     strangers = [simulation for simulation in rows if not may_hold(Path(path).parent.name, simulation)]
@@ -184,7 +183,7 @@ def read_runs(path: str, name: str) -> dict[str, dict]:
 
 
 def check_makers(path: str, simulations) -> None:
-    """Raise TableError unless a file was made by exactly these simulations, as it says itself."""
+    """Raise TableError unless the provenance of a file lists exactly these simulations."""
     with readable(path):
         made_by = read_provenance(path).get("simulations")
         if not isinstance(made_by, dict) or made_by.keys() != set(simulations):
@@ -192,7 +191,7 @@ def check_makers(path: str, simulations) -> None:
 
 
 def read_timing(path: str, simulations) -> dict[str, float]:
-    """Wall time in s of simulations, as their job noted it; raises TableError for a file that says nothing of it."""
+    """Read the wall times in s of a job's simulations; raises TableError if the file does not contain them."""
     try:
         noted = json.loads(Path(path).read_text(encoding="utf-8"))["wall_time_s"]
         seconds = {simulation: noted[simulation] for simulation in simulations}
@@ -205,7 +204,7 @@ def read_timing(path: str, simulations) -> dict[str, float]:
 
 
 def read_simulation(path: str, name: str, simulation: str):
-    """The rows of one simulation in a table that may hold several (DataFrame); none where it failed."""
+    """Read the rows of one simulation from a table of one or several (DataFrame); empty if it failed."""
     with readable(path):
         rows = rows_of(path, simulation)
         check_types(rows.schema, name, str(path))
@@ -213,7 +212,7 @@ def read_simulation(path: str, name: str, simulation: str):
 
 
 def read_simulations(path: str, name: str):
-    """Yield (simulation, DataFrame) of a table that `stack_tables` wrote, one at a time; one that failed has no rows, nor turn."""
+    """Yield (simulation, DataFrame) from a table of `stack_tables`, one at a time; failed simulations are skipped."""
     with readable(path):
         file = pq.ParquetFile(path)
         check_types(file.schema_arrow, name, str(path))
@@ -225,7 +224,7 @@ def read_simulations(path: str, name: str):
 
 
 def folder_of(sims: Path, simulation: str) -> Path:
-    """The newest folder of results/<study>/sims/<experiment> that holds a simulation; raises TableError where none does."""
+    """Return the newest folder of results/<study>/sims/<experiment> with a given simulation; raises TableError if there is none."""
     runs = [folder / "run.parquet" for folder in sims.glob("*") if may_hold(folder.name, simulation)]
     found = [path for path in runs if path.is_file() and len(rows_of(path, simulation))]
     if not found:
@@ -234,9 +233,9 @@ def folder_of(sims: Path, simulation: str) -> Path:
 
 
 def batch_results(runs, run_name: str, details, name: str, timings):
-    """Yield (row of the run with its wall_time_s, its table `name` or None where it failed) of every simulation in all batches.
+    """Yield (run row with wall_time_s, table `name` or None if it failed) of every simulation in all batches.
 
-    The three lists of files belong together one by one. Only one simulation's table is held at a time; each comes once.
+    The three lists of files correspond element by element. Only one simulation's table is in memory; each is yielded once.
     """
     seen = set()
     for run_path, path, timing_path in zip(runs, details, timings, strict=True):
@@ -251,10 +250,10 @@ def batch_results(runs, run_name: str, details, name: str, timings):
 
 
 def rows_of(path: str | Path, simulation: str) -> pa.Table:
-    """One simulation's rows, by column simulation, or simulation_id in tables of one row each.
+    """Return the rows of one simulation, by column simulation, or simulation_id in tables of one row each.
 
-    Raises TableError unless every row group is of one simulation. (A filter on the rows would import pandas, which takes a third of
-    a short job's start.)
+    Raises TableError unless every row group belongs to one simulation. (A row filter would import pandas, a third of a short job's
+    start-up time.)
     """
     with pq.ParquetFile(path) as file:
         places = (file.schema_arrow.get_field_index(column) for column in ("simulation", "simulation_id"))
@@ -265,7 +264,7 @@ def rows_of(path: str | Path, simulation: str) -> pa.Table:
 
 
 def of_one(group, place: int | None, source: str | Path) -> str:
-    """The only value in a column of a row group, which the file's statistics know."""
+    """Return the unique value in a column of a row group, from the file's statistics."""
     known = None if place is None else group.column(place).statistics
     if known is None or not known.has_min_max or known.min != known.max:
         raise TableError(f"{source}: a row group is not of one simulation.")
@@ -273,7 +272,7 @@ def of_one(group, place: int | None, source: str | Path) -> str:
 
 
 def stack_tables(paths: dict[str, Path], path: str, provenance: dict) -> None:
-    """Write one table from those of several simulations (simulation -> file), a row group for each, in the order given."""
+    """Combine the tables of several simulations (simulation -> file) into one file, one row group each, in the given order."""
     schemas = [pq.read_schema(file).remove_metadata() for file in dict.fromkeys(paths.values())]
     metadata = {METADATA_KEY: json.dumps(provenance, sort_keys=True).encode()}
     schema = pa.unify_schemas(schemas, promote_options="permissive").with_metadata(metadata)
@@ -284,7 +283,7 @@ def stack_tables(paths: dict[str, Path], path: str, provenance: dict) -> None:
 
 
 def read_all(paths, name: str):
-    """One table from several files of the same kind; a point's simulation that is in more than one counts once."""
+    """Combine several files of the same kind into one table; duplicate rows of a point and simulation are dropped."""
     import pandas as pd
 
     frames = [read_table(path, name) for path in paths]
@@ -293,7 +292,7 @@ def read_all(paths, name: str):
 
 
 def empty_table(name: str, further=()):
-    """A DataFrame without rows that has a schema's columns, and further ones of numbers."""
+    """Return a DataFrame without rows, with a schema's columns and further numeric columns."""
     import pandas as pd
 
     kinds = {"string": str, "integer": int, "number": float, "boolean": bool}
@@ -302,12 +301,12 @@ def empty_table(name: str, further=()):
 
 
 def read_provenance(path: str | Path) -> dict:
-    """The provenance in a table's metadata; empty if it has none."""
+    """Read the provenance from a table's metadata; empty if there is none."""
     return provenance_in(pq.read_schema(path), str(path))
 
 
 def provenance_in(schema: pa.Schema, source: str) -> dict:
-    """The provenance in a file's metadata; raises TableError where that is something else."""
+    """Parse the provenance in a file's metadata; raises TableError if it is invalid."""
     try:
         found = json.loads((schema.metadata or {}).get(METADATA_KEY, b"{}"))
     except UNREADABLE as error:

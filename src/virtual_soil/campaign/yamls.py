@@ -1,4 +1,4 @@
-"""YAML as people write it: no objects, and no key twice (YAML itself would silently take the last)."""
+"""Safe YAML loader: no objects, and duplicate keys are refused (YAML would silently use the last)."""
 
 from pathlib import Path
 
@@ -6,10 +6,10 @@ import yaml
 
 
 class Loader(yaml.SafeLoader):
-    """A safe loader that refuses a key that is given twice."""
+    """Safe loader that refuses duplicate keys."""
 
     def construct_mapping(self, node, deep=False):
-        """The mapping of a node; raises yaml.YAMLError naming a key that stands in it twice, and its line."""
+        """Return the mapping of a node; raises yaml.YAMLError naming a duplicate key and its line."""
         seen: set = set()
         for key_node, _ in node.value:
             key = self.construct_object(key_node, deep=True)
@@ -22,10 +22,10 @@ class Loader(yaml.SafeLoader):
 
 
 def load(text: str):
-    """The content of a YAML text; raises yaml.YAMLError."""
+    """Parse a YAML text; raises yaml.YAMLError."""
     return yaml.load(text, Loader)  # noqa: S506 (a safe loader)
 
 
 def load_file(path: str | Path):
-    """The content of a YAML file; raises OSError, ValueError or yaml.YAMLError."""
+    """Read a YAML file; raises OSError, ValueError or yaml.YAMLError."""
     return load(Path(path).read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""What others can use of a calibration: a material card, and input for other DEM programs. Knows nothing of how they come about."""
+"""Exports of a calibration: a material card and input files for other DEM programs. Independent of the campaign's code."""
 
 from virtual_soil.exports.card import check_card, material_card
 from virtual_soil.exports.inputs import PROGRAMS, inputs

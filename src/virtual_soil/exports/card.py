@@ -1,7 +1,7 @@
-"""The material card: everything about one calibrated soil that a reader needs in order to use it, and to doubt it.
+"""The material card: all data of one calibrated soil that a reader needs to use and to assess it.
 
-A dict that obeys material.schema.json: parameters with 95 % intervals, what the surrogates predict, whether simulations confirmed
-it, the contact model in words and equations, how it was simulated, and where it comes from. Missing numbers are null.
+A dict that conforms to material.schema.json: parameters with 95 % intervals, responses predicted by the surrogates, verdict of the
+simulations, contact model in words and equations, simulation settings, and provenance. Missing numbers are null.
 """
 
 import hashlib
@@ -14,7 +14,7 @@ import jsonschema
 
 from dem.contact.model import words
 
-#: property of the grains -> (unit, meaning)
+#: Property of the grains -> (unit, meaning).
 PARAMETERS = {
     "radius_m": ("m", "mean grain radius"),
     "radius_sd_ratio": ("1", "standard deviation of the radii over their mean"),
@@ -29,11 +29,11 @@ SCHEMA = json.loads(Path(__file__).with_name("material.schema.json").read_text(e
 
 
 def material_card(optimum: dict, verification: list[dict], config: dict, provenance: dict, responses: Mapping[str, str]) -> dict:
-    """The card of one case.
+    """Return the card of one case.
 
     Parameters
     ----------
-    optimum : the case's row of the calibration table. verification : its rows of the verification table. config : the study's.
+    optimum : the case's row of the calibration table. verification : its rows of the verification table. config : of the study.
     provenance : fingerprints (engine, inference, export) and versions. responses : column of each response -> its unit.
     """
     variables = config["design"]["variables"]
@@ -86,22 +86,22 @@ def material_card(optimum: dict, verification: list[dict], config: dict, provena
 
 
 def interval(row: dict, name: str) -> dict:
-    """The 95 % interval of a column; null where there is none."""
+    """Return the 95 % interval of a column; null if there is none."""
     return {side: row.get(f"{name}_{side}") for side in ("low_95", "high_95")}
 
 
 def names(text: str) -> list[str]:
-    """The names in a comma-separated text."""
+    """Split a comma-separated text into names."""
     return [name for name in text.split(",") if name]
 
 
 def config_hash(config: dict) -> str:
-    """SHA-256 of the configuration, whatever the order of its keys."""
+    """SHA-256 of the configuration, independent of the order of its keys."""
     return hashlib.sha256(json.dumps(config, sort_keys=True).encode()).hexdigest()
 
 
 def without_nan(value):
-    """The same with plain numbers, and None in place of numbers that are missing."""
+    """Convert to plain Python numbers, with None for NaN."""
     if isinstance(value, dict):
         return {key: without_nan(item) for key, item in value.items()}
     if isinstance(value, list):
@@ -111,6 +111,6 @@ def without_nan(value):
 
 
 def check_card(card: dict) -> dict:
-    """Return a card that obeys material.schema.json; raise jsonschema.ValidationError, which names key, value and rule."""
+    """Return the card if it conforms to material.schema.json; raise jsonschema.ValidationError naming key, value and rule."""
     jsonschema.Draft202012Validator(SCHEMA).validate(card)
     return card

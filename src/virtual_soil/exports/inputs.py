@@ -1,4 +1,4 @@
-"""Input for other DEM programs from a material card: templates filled with the card's values in the program's own definitions."""
+"""Input files for other DEM programs: templates filled with the values of a material card in the program's own definitions."""
 
 import math
 from pathlib import Path
@@ -7,7 +7,7 @@ import jinja2
 
 from virtual_soil.exports.rolling import converted, explanation
 
-#: program -> (template and file name, how its comments begin)
+#: Program -> (template and file name, comment prefix).
 PROGRAMS = {
     "LIGGGHTS": ("in.liggghts", "# "),
     "LAMMPS": ("in.lammps", "# "),
@@ -16,14 +16,14 @@ PROGRAMS = {
     "EDEM": ("edem.csv", "# "),
 }
 TEMPLATES = Path(__file__).with_name("templates")
-#: Overlap over radius at which rolling springs that do not know the overlap are as stiff as the tangential spring is.
+#: Overlap over radius at which a rolling spring of constant stiffness is as stiff as the tangential spring.
 OVERLAP_RATIO = 1e-3
 #: Time step over Rayleigh time; EDEM recommends 0.2 to 0.4.
 RAYLEIGH_RATIO = 0.2
 
 
 def inputs(card: dict) -> dict[str, str]:
-    """File name -> text for every program; card as of `exports.material_card`."""
+    """Return file name -> text for every program; card as from `exports.material_card`."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined, trim_blocks=True, keep_trailing_newline=True
     )
@@ -41,7 +41,7 @@ def inputs(card: dict) -> dict[str, str]:
 
 
 def heading(card: dict, program: str) -> list[str]:
-    """What every file says of itself first."""
+    """Return the header lines of a file."""
     sizes = card["parameters"]["radius_sd_ratio"]["value"]
     spread = [f"The radii scatter by {sizes:g} of their mean: give the program that distribution."] if sizes > 0 else []
     return [
@@ -53,7 +53,7 @@ def heading(card: dict, program: str) -> list[str]:
 
 
 def derived(card: dict) -> dict[str, float]:
-    """Material values, and what programs ask for in their place."""
+    """Return the material values and the quantities derived from them that other programs require."""
     value = {name: entry["value"] for name, entry in card["parameters"].items()}
     nu, G, r = value["poisson_ratio"], value["shear_modulus_pa"], value["radius_m"]
     E = 2.0 * G * (1.0 + nu)

@@ -1,19 +1,19 @@
-"""Coefficients of rolling friction, from virtual-soil's definition to those of other programs.
+"""Conversion of rolling friction coefficients from virtual-soil's definition to those of other programs.
 
-Every program limits the rolling torque on a grain to mu F_n a, with an arm a of its own: a = L r between equal spheres of radius r
-and a = W r against a wall. L and W are the program's `ARMS`; R* = r/2 between equal spheres and r against a wall.
+Every program limits the rolling torque on a grain to mu F_n a with its own lever arm a: a = L r between equal spheres of radius r
+and a = W r at a wall. L and W are the program's `ARMS`; R* = r/2 between equal spheres and r at a wall.
 
-Two equal spheres that roll on each other without slip turn like gears, w and -w. virtual-soil's type A brakes each with mu_r F_n r
-against its own spin. A program whose torque acts against the relative spin 2w, on both grains alike, brakes each with mu F_n L r.
-The torques are the same for mu = mu_r / L, and so is what they dissipate: 2 mu_r F_n r w here, mu F_n L r (2w) there. A sphere that
-rolls on a resting one, or on a wall, is braked alike too. What is not alike is said in `differences`.
+Two equal spheres that roll on each other without slip have opposite spins, w and -w. virtual-soil's type A applies mu_r F_n r
+against each sphere's own spin. A torque against the relative spin 2w acts on both grains with the magnitude mu F_n L r. The torques
+are equal for mu = mu_r / L, and so is the dissipated power: 2 mu_r F_n r w and mu F_n L r (2w). The same holds for a sphere that
+rolls on a resting sphere or on a wall. The remaining differences are listed in `differences`.
 
 Sources: EDEM and type C as in `dem.contact.rolling`; LIGGGHTS-PUBLIC documentation, rolling_friction cdt and epsd2; LAMMPS
 documentation, pair_style granular (rolling sds: force mu F_n, arm R*); YADE, HertzMindlin.cpp (maxBendPl = eta times the mean
-radius); MercuryDPM, MindlinRollingTorsionInteraction.cc (arm 2 R*, so W = 2). LIGGGHTS, LAMMPS and YADE are tested in the programs.
+radius); MercuryDPM, MindlinRollingTorsionInteraction.cc (arm 2 R*, so W = 2). Tests run LIGGGHTS, LAMMPS and YADE.
 """
 
-#: model or program -> (L, W): arm of the rolling torque over r, between equal spheres and against a wall
+#: Model or program -> (L, W): lever arm of the rolling torque over r, between equal spheres and at a wall.
 ARMS = {
     "type_a": (1.0, 1.0),
     "type_c": (0.5, 1.0),
@@ -23,7 +23,7 @@ ARMS = {
     "YADE": (1.0, 1.0),
     "MercuryDPM": (1.0, 2.0),
 }
-#: program -> how it limits the rolling torque
+#: Program -> its limit of the rolling torque, in words.
 LAWS = {
     "EDEM": "Hertz-Mindlin's standard rolling friction brakes each grain with mu F_n R_i against its own spin.",
     "LIGGGHTS": "rolling_friction epsd2 brakes the relative rolling of two grains with at most mu F_n R*.",
@@ -38,13 +38,13 @@ OURS = {
 
 
 def converted(coefficient: float, model: str, program: str) -> tuple[float, float]:
-    """The program's coefficients of rolling friction (between grains, against a wall) for those of virtual-soil's `model`."""
+    """Convert the rolling friction of virtual-soil's `model` to the program's coefficients (between grains, at a wall)."""
     between, against = (ours / theirs for ours, theirs in zip(ARMS[model], ARMS[program], strict=True))
     return coefficient * between, coefficient * against
 
 
 def explanation(model: str, program: str) -> list[str]:
-    """Why a program's coefficients are what they are, and in what it remains different; a comment line each."""
+    """Return comment lines that explain a program's coefficients and the remaining differences."""
     between, against = (times(factor) for factor in converted(1.0, model, program))
     ours, theirs = ([times(arm) for arm in ARMS[name]] for name in (model, program))
     return [
@@ -59,12 +59,12 @@ def explanation(model: str, program: str) -> list[str]:
 
 
 def times(factor: float) -> str:
-    """A factor before a symbol."""
+    """Format a factor before a symbol."""
     return "" if factor == 1.0 else f"{factor:g} "
 
 
 def differences(model: str, program: str) -> list[str]:
-    """In what the program's law still differs from virtual-soil's."""
+    """Return the remaining differences of the program's law from virtual-soil's."""
     if model == "type_a" and program == "EDEM":
         return ["The laws are the same, except that virtual-soil's torque may stop a spin but never reverse it."]
     if model == "type_a":

@@ -1,4 +1,4 @@
-"""What the engine must reproduce: published and closed-form results, each a case that runs through the public API of `dem`.
+"""Verification of the engine: published and closed-form results, each a case that uses the public API of `dem`.
 
 GROUPS maps the name of a group to the function that runs it and returns its checks.
 """
@@ -6,7 +6,7 @@ GROUPS maps the name of a group to the function that runs it and returns its che
 from virtual_soil.verification import conservation, energy, friction, invariance, normal_impact, oblique_impact, rest
 from virtual_soil.verification.check import Check, table_of
 
-#: Groups of checks that run in seconds, in the order of the page.
+#: Groups of checks with run times of seconds, in the order of the page.
 GROUPS = {
     "normal_impact": normal_impact.checks,
     "oblique_impact": oblique_impact.checks,

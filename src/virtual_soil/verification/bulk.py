@@ -1,8 +1,8 @@
-"""Heaps and shear tests, repeated with other seeds and one thing changed: what should matter does, what should not does not.
+"""Heaps, shear tests and packings over several seeds: influence of settings, changed one at a time.
 
-Bulk runs are chaotic, so only means over seeds are compared. A difference that should be nil may be as large as SCATTER standard
-errors of the difference, estimated with the scatter pooled over all variants of the heap; the page states both, so that a
-reader sees how small a difference the seeds could tell.
+Bulk runs are chaotic, so only means over seeds are compared. A difference expected to be zero may be at most SCATTER standard
+errors of the difference, estimated with the scatter pooled over all variants of the heap. The page states both, so that a reader
+sees the smallest detectable difference.
 """
 
 from collections import deque
@@ -60,18 +60,18 @@ HEAPS: dict[str, tuple[int, dict[str, Any], dict[str, Any], dict[str, Any]]] = {
     "smooth tube": (4, {}, {"tube_static_friction": 0.0}, {}),
     "rough tube": (4, {}, {"tube_static_friction": 1.0}, {}),
 }
-#: What must not change the angle, against the base.
+#: Variants that must not change the angle relative to the base.
 INSENSITIVE = ("step 0.1 T_R", "step 0.2 T_R", "G 5e6 Pa", "G 5e7 Pa", "float64", "no_pull")
-#: What shows how the protocol acts.
+#: Variants that show the influence of the protocol.
 PROTOCOL = ("base", "lift 1 mm/s", "lift 20 mm/s", "tamped packing", "smooth tube", "rough tube")
 STRESSES_PA = (125.0, 250.0, 500.0, 1000.0)
 SHEAR_SEEDS = 4
 PACKINGS = {"smooth": 0.0, "rough": 0.5}
 PACKING_SEEDS = 4
-#: Depth in radii that is left out of a packing at its tube and at its floor and surface. The tube orders the grains next to it: of
-#: seven packings without friction the ring 6 to 8 radii from it was 0.641 to 0.649 dense, 0.646 on average; further in it is 0.639.
+#: Margins in radii of a packing: at its tube, and at its floor and surface. The tube orders the grains next to it. In seven
+#: frictionless packings the ring 6 to 8 radii from it had solid fractions of 0.641 to 0.649, on average 0.646; further in 0.639.
 TUBE_MARGIN_RATIO, END_MARGIN_RATIO = 8.0, 6.0
-#: The plateau is the last part of the displacement, as in the campaign.
+#: Last fraction of the displacement, over which the plateau is averaged, as in the campaign.
 PLATEAU = 0.3
 #: Columns of the table of runs.
 COLUMNS = [
@@ -79,9 +79,9 @@ COLUMNS = [
     *("angle_of_repose_deg", "silhouette_deg", "drift_mean_radii", "drift_largest_radii", "drift_deg"),
     *("plateau_shear_stress_pa", "plane_normal_stress_pa", "friction", "friction_change", "solid_fraction"),
 ]
-#: How long a heap at rest is watched (s).
+#: Observation time of a heap at rest (s).
 WATCH_S = 0.1
-#: Differences that should be nil are within so many of their standard errors: of a dozen, 1 in 30 pages shows one beyond.
+#: Tolerance, in standard errors, of differences expected to be zero: with a dozen of them, 1 in 30 pages has one outside.
 SCATTER = 3.0
 
 
@@ -93,29 +93,29 @@ def runs() -> list[str]:
 
 
 def run(name: str) -> dict:
-    """One run: its row of the table, with NaN where a quantity does not belong to it."""
+    """Execute one run and return its row of the table, with NaN for quantities of other kinds."""
     kind, variant, seed = parts_of(name)
     row = {"run": name, "kind": kind, "variant": variant, "seed": seed}
     return row | {"heap": run_heap, "shear": run_shear, "packing": run_packing}[kind](variant, seed)
 
 
 def parts_of(name: str) -> tuple[str, str, int]:
-    """Kind, variant and seed of a run's name; a variant may hold a slash ("lift 1 mm/s")."""
+    """Split a run's name into kind, variant and seed; a variant may contain a slash ("lift 1 mm/s")."""
     kind, rest = name.split("/", 1)
     variant, seed = rest.rsplit("/", 1)
     return kind, variant, int(seed)
 
 
 def run_heap(variant: str, seed: int) -> dict:
-    """Angle of a heap by both estimators, and how far it moves on while it is watched at rest (in radii, degrees)."""
+    """Simulate a heap: angle by both estimators, and drift during the observation at rest (in radii, degrees)."""
     _, soil, setup, engine = HEAPS[variant]
     setting = replace(SOIL, **soil), replace(HEAP, **setup), replace(ENGINE, **engine)
-    looks: deque[Simulation] = deque(maxlen=1)  # the simulation itself, which outlives the test
+    looks: deque[Simulation] = deque(maxlen=1)  # the simulation, for use after the test
     heap = angle_of_repose.run(*setting, seed, each=lambda simulation, _: looks.append(simulation))
     looks[0].run(WATCH_S)
     before, after = heap.grains, looks[0].grains
     shape, later = (measure_heap(grains.positions_m, grains.radii_m) for grains in (before, after))
-    moved = np.array([np.inf])  # some have left
+    moved = np.array([np.inf])  # some grains have left the plate
     if len(after) == len(before):
         moved = np.linalg.norm(after.positions_m - before.positions_m, axis=1) / SOIL.radius_m
     return {
@@ -129,7 +129,7 @@ def run_heap(variant: str, seed: int) -> dict:
 
 
 def run_shear(variant: str, seed: int) -> dict:
-    """Plateau of one shear test, and its change from the third to the last quarter of the displacement."""
+    """Simulate a shear test: plateau, and its change from the third to the last quarter of the displacement."""
     setup = replace(BOX, normal_stress_pa=float(variant.split()[0]))
     reduction = direct_shear.stiffness_reduction(SOIL, setup, SHEAR_STIFFNESS_NUMBER, SHEAR_ENGINE.gravity_m_s2)
     test = direct_shear.run(SOIL, setup, replace(SHEAR_ENGINE, stiffness_reduction=reduction), seed)
@@ -147,7 +147,7 @@ def run_shear(variant: str, seed: int) -> dict:
 
 
 def run_packing(variant: str, seed: int) -> dict:
-    """Solid fraction of grains poured into a cylinder, away from its walls and its surface."""
+    """Solid fraction of grains poured into a cylinder, without the margins at wall, floor and surface."""
     mu, radius = PACKINGS[variant], 1e-3
     tube = 16 * radius
     steel = SOIL.softened(1.0)
@@ -159,7 +159,7 @@ def run_packing(variant: str, seed: int) -> dict:
             Tube(name="tube", material="glass", radius_m=tube, bottom_m=0.0, top_m=10.0),
         ],
     )  # fmt: skip
-    sizes = Sizes(mean_m=radius, sd_ratio=0.05)  # a little spread keeps the grains from crystallising
+    sizes = Sizes(mean_m=radius, sd_ratio=0.05)  # a small spread of the radii prevents crystallisation
     region = TubeRegion(radius_m=tube, bottom_m=0.0)
     simulation.add_factory(Factory(n_grains=4000, region=region, sizes=sizes, material="glass", seed=seed))
     simulation.run(3.0, until=lambda s: s.is_static(1e-6))
@@ -170,7 +170,7 @@ def run_packing(variant: str, seed: int) -> dict:
 def solid_fraction(grains, within_m: float, margin_m: float) -> float:
     """Volume fraction in a cylinder about the z axis, margin_m away from floor and surface.
 
-    By sampling: the two million points leave a standard error of 0.0004.
+    Estimated by Monte Carlo sampling: two million points give a standard error of 0.0004.
     """
     rng = np.random.default_rng(1)
     top = float(np.quantile(grains.positions_m[:, 2], 0.95)) - margin_m
@@ -181,7 +181,7 @@ def solid_fraction(grains, within_m: float, margin_m: float) -> float:
 
 
 def checks(table: pd.DataFrame) -> list[Check]:
-    """The comparisons on the table of all runs."""
+    """Return the checks on the table of all runs."""
     heaps = table[table["kind"] == "heap"]
     return [*of_angles(heaps), *of_drift(heaps), *of_shear(table[table["kind"] == "shear"]), *of_packing(table)]
 
@@ -198,7 +198,7 @@ def pooled_sd(heaps: pd.DataFrame) -> float:
 
 
 def of_angles(heaps: pd.DataFrame) -> Iterable[Check]:
-    """What changes the angle and what does not."""
+    """Yield checks of the settings that change the angle and of those that must not."""
     sd, base = pooled_sd(heaps), angles(heaps, "base")
 
     def difference(a, b):
@@ -232,7 +232,7 @@ def of_angles(heaps: pd.DataFrame) -> Iterable[Check]:
 
 
 def of_drift(heaps: pd.DataFrame) -> Iterable[Check]:
-    """Whether heaps at rest stay at rest, with both rolling models."""
+    """Yield checks that heaps at rest remain at rest, with both rolling models."""
     for variant, name in (("base", "type A"), ("type C", "type C")):
         rows = heaps[heaps["variant"] == variant]
         for quantity, column, unit, bound in (
@@ -247,7 +247,7 @@ def of_drift(heaps: pd.DataFrame) -> Iterable[Check]:
 
 
 def of_shear(tests: pd.DataFrame) -> Iterable[Check]:
-    """Whether there is a plateau, and whether strength is linear in the normal stress."""
+    """Yield checks of the plateau and of the linearity of strength in the normal stress."""
     means = tests.groupby("variant")[["plane_normal_stress_pa", "plateau_shear_stress_pa"]].mean()
     r = np.corrcoef(means.to_numpy().T)[0, 1]
     common: dict[str, Any] = {"group": GROUP, "unit": "-"}
@@ -265,7 +265,7 @@ def of_shear(tests: pd.DataFrame) -> Iterable[Check]:
 
 
 def of_packing(table: pd.DataFrame) -> Iterable[Check]:
-    """Solid fractions of poured grains, means over seeds: single packings scatter by 0.002."""
+    """Yield checks of the solid fractions of poured grains, means over seeds: the scatter of single packings is 0.002."""
     fractions = table[table["kind"] == "packing"].groupby("variant")["solid_fraction"]
     fraction, error = fractions.mean(), fractions.sem()
     common: dict[str, Any] = {"group": GROUP, "unit": "-", "quantity": "solid fraction"}

@@ -1,4 +1,4 @@
-"""One line of the verification page: what was expected, what was obtained, and how far they may lie apart."""
+"""One line of the verification page: expected value, obtained value and tolerance."""
 
 import math
 from dataclasses import asdict, dataclass
@@ -12,11 +12,11 @@ class Check:
 
     Attributes
     ----------
-    group : section of the page ("Normal impact"). case : what was run ("Chung & Ooi 2011, test 1: two equal spheres").
-    quantity : what was looked at ("largest force"). unit : of expected, obtained and tolerance ("-" where there is none).
+    group : section of the page ("Normal impact"). case : simulated case ("Chung & Ooi 2011, test 1: two equal spheres").
+    quantity : compared quantity ("largest force"). unit : of expected, obtained and tolerance ("-" if dimensionless).
     source : publication or "closed form". expected, obtained : numbers. tolerance : largest |obtained - expected|, absolute.
-    relation : "equal", or "at least" / "at most" (then expected is the bound, which may be missed by the tolerance).
-    note : why it deviates, what it means; one sentence or nothing.
+    relation : "equal", or "at least" / "at most" (expected is then a bound, which may be exceeded by the tolerance).
+    note : explanation of a deviation; one sentence, may be empty.
     """
 
     group: str
@@ -32,7 +32,7 @@ class Check:
 
     @property
     def passed(self) -> bool:
-        """Whether the obtained number is where it should be; never with a number that is not finite."""
+        """True if the obtained value is finite and within the tolerance."""
         if not math.isfinite(self.obtained):
             return False
         beyond = self.obtained - self.expected
@@ -44,5 +44,5 @@ class Check:
 
 
 def table_of(checks: list[Check]) -> pd.DataFrame:
-    """One row per check, its fields and whether it passed."""
+    """Return a table with one row per check: its fields and `passed`."""
     return pd.DataFrame([asdict(check) | {"passed": check.passed} for check in checks])

@@ -1,4 +1,4 @@
-"""Closed forms of an impact of two spheres, or of a sphere on a rigid wall, written without any of the engine's code.
+"""Closed forms for the impact of two spheres, or of a sphere on a rigid wall, independent of the engine's code.
 
 Symbols: delta overlap, E*, R*, m* effective modulus, radius, mass; v normal speed of approach; e restitution; k = 4/3 E* sqrt(R*).
 
@@ -6,10 +6,10 @@ Elastic (Hertz 1882; Timoshenko & Goodier, Theory of Elasticity, art. 140), from
     delta_max = (5 m* v^2 / 4k)^(2/5), F_max = k delta_max^(3/2), duration = 2 sqrt(pi) Gamma(7/5) / Gamma(9/10) delta_max / v.
 
 With a dashpot, m* delta'' + sqrt(5) beta sqrt(m* k) delta^(1/4) delta' + k delta^(3/2) = 0 (Antypov & Elliott 2011, EPL 94, 50004).
-With y = delta^(5/4) and ds = sqrt(5)/2 sqrt(k/m*) delta^(1/4) dt it is y_ss + 2 beta y_s + y = 0, a linear oscillator: v goes with
-y_s, and y = 0 again after s = pi / w with w = sqrt(1 - beta^2). So, with a = asin(beta),
+With y = delta^(5/4) and ds = sqrt(5)/2 sqrt(k/m*) delta^(1/4) dt it becomes y_ss + 2 beta y_s + y = 0, a linear oscillator: v is
+proportional to y_s, and y = 0 again at s = pi / w with w = sqrt(1 - beta^2). Hence, with a = asin(beta),
     e = exp(-pi beta / w) at any speed, hence beta = -ln e / sqrt(ln^2 e + pi^2): exact when the contact lasts until delta = 0;
-    the force turns into a pull at w s = pi - 2a, at the speed e_push v with e_push = exp(-(pi - 2a) beta / w) > e;
+    the force becomes attractive at w s = pi - 2a, at the speed e_push v with e_push = exp(-(pi - 2a) beta / w) > e;
     the largest overlap is the elastic one times exp(-0.8 beta (pi/2 - a) / w).
 """
 
@@ -24,8 +24,8 @@ from virtual_soil.verification.scene import mass_kg
 #: Duration of an elastic impact over delta_max / v: 2 times the integral of (1 - x^(5/2))^(-1/2) from 0 to 1.
 HERTZ_DURATION = 2.0 * math.sqrt(math.pi) * gamma(1.4) / gamma(0.9)
 
-#: Mean overlap over delta_max, weighted with the force: the integral of delta F dt = m* v^2 dt by parts gives that of
-#: sqrt(1 - x^(5/2)) from 0 to 1.
+#: Force-weighted mean overlap over delta_max: integrating delta F dt = m* v^2 dt by parts gives the integral of sqrt(1 - x^(5/2))
+#: from 0 to 1.
 HERTZ_MEAN_OVERLAP = 0.4 * gamma(0.4) * gamma(1.5) / gamma(1.9)
 
 
@@ -73,13 +73,13 @@ class Impact:
 
     @property
     def push_restitution(self) -> float:
-        """e_push: speed over impact speed when the force turns into a pull; Coulomb's limit is zero from there on."""
+        """e_push: speed over impact speed when the force becomes attractive; Coulomb's limit is zero from then on."""
         beta = self.beta
         return math.exp(-2.0 * math.acos(beta) * beta / math.sqrt(1.0 - beta**2))
 
     @property
     def mean_overlap_m(self) -> float:
-        """Overlap averaged over the impact with the force as weight, without dashpot: by so much lever arms are shorter."""
+        """Force-weighted mean overlap during the impact, without dashpot; lever arms are shorter by this amount."""
         return HERTZ_MEAN_OVERLAP * self.elastic_overlap_m
 
 
@@ -107,13 +107,13 @@ def of_spheres(material: dem.Material, radius_i_m: float, radius_j_m: float, spe
 
 
 def elastic_step_error(steps_per_contact: float) -> float:
-    """Bound on the relative error of an elastic impact in so many steps.
+    """Bound on the relative error of an elastic impact with a given number of steps.
 
-    The leapfrog's phase error over half a swing of n steps is (pi/n)^2 / 24, that of sampling the peak (pi/n)^2 / 8.
+    The leapfrog's phase error over half a period of n steps is (pi/n)^2 / 24, the error of sampling the peak (pi/n)^2 / 8.
     """
     return (math.pi / steps_per_contact) ** 2
 
 
 def damped_step_error(steps_per_contact: float) -> float:
-    """Bound on the relative error of a damped impact in so many steps: the dashpot sees velocities half a step old, pi/2n."""
+    """Bound on the relative error of a damped impact with n steps: the dashpot uses velocities half a step old, pi/2n."""
     return 0.5 * math.pi / steps_per_contact

@@ -1,9 +1,9 @@
-"""What an isolated cloud of grains keeps: momentum and, depending on the rolling model, angular momentum.
+"""Conservation laws of an isolated cloud of grains: momentum and, depending on the rolling model, angular momentum.
 
-Contact forces are opposite and equal and act at one point, so both are kept with type C rolling resistance and without any.
-Type A brakes each grain's own spin with a torque of its own, mu_r F_n R_i; the two torques of a contact are in general not opposite
-and equal, so it takes angular momentum away. For one contact of a spinning grain with one that does not spin the loss is
-mu_r R times the integral of F_n, that is mu_r R m* (1 + e_push) v.
+Contact forces are equal and opposite and act at one point, so both are conserved without rolling resistance and with type C.
+Type A applies the torque mu_r F_n R_i against each grain's own spin. The two torques of a contact are in general not equal and
+opposite, so angular momentum is lost. For one contact of a spinning grain with a non-spinning one the loss is mu_r R times the
+integral of F_n, i.e. mu_r R m* (1 + e_push) v.
 """
 
 from functools import partial
@@ -23,7 +23,7 @@ DURATION_S = 0.1
 
 
 def checks() -> list[Check]:
-    """All cases of conservation."""
+    """Run all cases of conservation."""
     return [
         *(check for precision in PRECISIONS for check in cloud("type_c", 0.0, precision)),
         *(check for precision in PRECISIONS for check in cloud("type_c", 0.2, precision)),
@@ -33,7 +33,7 @@ def checks() -> list[Check]:
 
 
 def make_cloud(precision: str = "float64", model: str = "type_a", mu_r: float = 0.0, seed: int = 2, **settings):
-    """64 grains of unequal size that fly together, collide, rub and spin, without gravity or walls."""
+    """Create 64 grains of unequal size that approach each other, collide, slide and spin, without gravity or walls."""
     rng = np.random.default_rng(seed)
     simulation = scene(
         SOFT, 0.5 * RADIUS_M, TIME_STEP_RATIO * dem.rayleigh_time(0.5 * RADIUS_M, SOFT), restitution=0.7, static_friction=0.5,
@@ -47,7 +47,7 @@ def make_cloud(precision: str = "float64", model: str = "type_a", mu_r: float = 
 
 
 def momenta(run, radii):
-    """Momentum and angular momentum about the origin (t, 3), and the sums of their parts' magnitudes at the start."""
+    """Momentum and angular momentum about the origin (t, 3), and the initial sums of the magnitudes of all contributions."""
     mass = mass_kg(SOFT, radii)[:, None]
     momentum = mass * run.velocities_m_s
     orbital = np.cross(run.positions_m, momentum)
@@ -57,10 +57,10 @@ def momenta(run, radii):
 
 
 def cloud(model: str, mu_r: float, precision: str) -> list[Check]:
-    """Momentum and angular momentum of a cloud, changed over the sums of their parts' magnitudes.
+    """Check momentum and angular momentum of a cloud: change relative to the sum of the magnitudes of the grains' contributions.
 
-    Rounding: every load is off by its unit times itself, so the sum of all by that times the impulse exchanged, a few times the
-    sum at the start; and every step adds to positions and velocities in float64, off by their unit times themselves.
+    Rounding: the relative error of every load is its rounding unit. The error of the sum is that unit times the exchanged impulse,
+    a few times the initial sum. In addition, every update of positions and velocities has the rounding error of float64.
     """
     simulation, positions, radii, velocities, spins = make_cloud(precision, model, mu_r)
     simulation.add_grains(positions, radii, "grain", velocities, spins)
@@ -83,7 +83,7 @@ def cloud(model: str, mu_r: float, precision: str) -> list[Check]:
 
 
 def angular_momentum_of_a_pair(model: str) -> Check:
-    """Two equal frictionless spheres meet head-on, the first spins across the line of centres; with rolling resistance mu_r."""
+    """Head-on collision of two equal frictionless spheres with rolling resistance mu_r; the first spins about a transverse axis."""
     r, v, e, mu_r, spin, steps = 0.1, 0.2, 0.5, 0.1, 20.0, 5000
     impact = closed_forms.of_spheres(ALUMINIUM, r, r, v, e)
     simulation = scene(ALUMINIUM, r, impact.duration_s / steps, restitution=e, rolling_friction=mu_r, rolling_model=model)

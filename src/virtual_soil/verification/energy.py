@@ -1,7 +1,7 @@
-"""The energy ledger: grains fall into a tube, settle, and the tube rises; what goes in, out and is lost must add up.
+"""Energy balance: grains fall into a tube and settle, then the tube rises; work, stored energy and dissipation must balance.
 
-The ledger evaluates the contact laws apart from the fast kernels (`dem.ledger`), so that it closes only if their loads, the
-springs' histories, the walls' forces and the motion agree. What is left over is the time integration's error, of second order.
+The ledger (`dem.ledger`) evaluates the contact laws independently of the fast kernels. It balances only if their loads, the spring
+histories, the wall forces and the motion are consistent. The residual is the error of the time integration, of second order.
 """
 
 from typing import Any
@@ -12,20 +12,20 @@ from virtual_soil.verification.scene import PRECISIONS, SOFT
 
 GROUP = "Energy"
 RADIUS_M = 1e-3
-#: Largest residual over what was dissipated, at the default step of 0.2 T_R: that of the spring energies within a step.
+#: Largest residual over dissipated energy at the default step of 0.2 T_R: the error of the spring energies within a step.
 CLOSURE = 3e-3
-#: How much smaller the residual must be at a quarter of the step: 16 by theory, half of it where the path differs.
+#: Minimum reduction factor of the residual at a quarter of the step: 16 in theory, half of it because the trajectories differ.
 BETTER = 8.0
 
 
 def checks() -> list[Check]:
-    """All cases of the ledger."""
+    """Run all cases of the energy balance."""
     cases = [(model, "edem") for model in ("type_a", "type_c")] + [("type_a", "no_pull")]
     return [check for case in cases for check in closing(*case)] + [*single_precision(), *frictionless()]
 
 
 def lifted(restitution=0.5, static_friction=0.4, rolling_friction=0.1, **settings) -> dict[str, float]:
-    """The ledger in J after 120 grains fell, settled and were released."""
+    """Energy ledger in J after 120 grains fell, settled and were released."""
     touch = dem.Interaction(restitution=restitution, static_friction=static_friction, rolling_friction=rolling_friction)
     simulation = dem.Simulation(
         materials={"grain": SOFT}, interactions={("grain", "grain"): touch}, smallest_radius_m=RADIUS_M, energy_ledger=True,
@@ -45,7 +45,7 @@ def lifted(restitution=0.5, static_friction=0.4, rolling_friction=0.1, **setting
 
 
 def closing(rolling_model: str, damping_model: str) -> list[Check]:
-    """How far the ledger is from closing, at the default step and at a quarter of it."""
+    """Residual of the energy balance at the default step and at a quarter of it."""
     settings = {"rolling_model": rolling_model, "damping_model": damping_model, "precision": "float64"}
     coarse, fine = (
         abs(energies["residual"]) / energies["dissipated"]
@@ -67,7 +67,7 @@ def closing(rolling_model: str, damping_model: str) -> list[Check]:
 
 
 def single_precision() -> list[Check]:
-    """The ledger with contact arithmetic in float32, the default."""
+    """Energy balance with contact arithmetic in float32, the default."""
     energies = lifted()
     return [
         Check(
@@ -79,7 +79,7 @@ def single_precision() -> list[Check]:
 
 
 def frictionless() -> list[Check]:
-    """Elastic grains without friction lose nothing, in both precisions."""
+    """Elastic frictionless grains dissipate no energy, in both precisions."""
     rows = []
     for precision in PRECISIONS:
         energies = lifted(1.0, 0.0, 0.0, time_step_rayleigh_ratio=0.05, precision=precision)

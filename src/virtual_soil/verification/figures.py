@@ -1,4 +1,4 @@
-"""Figures of the verification page, drawn from tables of checks alone."""
+"""Figures of the verification page, drawn only from the tables of checks."""
 
 import matplotlib as mpl
 
@@ -12,12 +12,12 @@ from virtual_soil.verification.closed_forms import on_wall
 from virtual_soil.verification.oblique_impact import KHARAZ_FRICTION, KHARAZ_RADIUS_M, KHARAZ_RESTITUTION, KHARAZ_SPEED_M_S
 from virtual_soil.verification.scene import ALUMINIUM_OXIDE
 
-#: Colours that stay apart for colour-blind readers (Okabe & Ito).
+#: Colours that colour-blind readers can distinguish (Okabe & Ito).
 BLUE, RED, GREEN = "#0072B2", "#D55E00", "#009E73"
 
 
 def restitution(table: pd.DataFrame) -> Figure:
-    """Restitution obtained over asked for, and their difference, with small and default time steps."""
+    """Plot obtained against prescribed restitution, and their difference, for small and default time steps."""
     rows = table[table["quantity"] == "restitution"]
     default = rows["case"].str.endswith("default time step")
     figure = Figure(figsize=(9.0, 4.0), layout="constrained")
@@ -44,7 +44,7 @@ def restitution(table: pd.DataFrame) -> Figure:
 
 
 def oblique_impact(table: pd.DataFrame) -> Figure:
-    """Tangential restitution and spin over the impact angle: obtained, closed form of sliding, published points."""
+    """Plot tangential restitution and spin against the impact angle: obtained, closed form for sliding, published points."""
     rows = table.assign(angle=pd.to_numeric(table["case"].str.extract(r"^test 4: (\d+)°$")[0])).dropna(subset="angle")
     angles = np.radians(np.linspace(np.degrees(np.arctan(3.5 * KHARAZ_FRICTION * (1.0 + KHARAZ_RESTITUTION))), 90.0, 200))
     impulse = KHARAZ_FRICTION * (1.0 + KHARAZ_RESTITUTION)
@@ -67,7 +67,7 @@ def oblique_impact(table: pd.DataFrame) -> Figure:
 
 
 def bulk(runs: pd.DataFrame) -> Figure:
-    """Angle of every heap by variant, with the scatter of the base behind all."""
+    """Plot the angle of every heap by variant, with the scatter of the base as background."""
     heaps = runs[runs["kind"] == "heap"]
     variants = list(dict.fromkeys(heaps["variant"]))
     variants.sort(key=lambda name: (name != "base", heaps.loc[heaps["variant"] == name, "angle_of_repose_deg"].mean()))

@@ -1,11 +1,11 @@
-"""Sliding, rolling and rest of a sphere on a plane: closed forms of rigid bodies.
+"""Sliding, rolling and rest of a sphere on a plane: closed forms for rigid bodies.
 
-Every sphere starts on the plane with the overlap that carries its weight, delta = (m g / k)^(2/3), so that nothing settles. With
-g_n, g_t gravity across and along the plane, mu_s and mu_r static and rolling friction, I = 2/5 m R^2:
+Every sphere starts on the plane with its equilibrium overlap delta = (m g / k)^(2/3), so that it does not settle. With g_n, g_t
+gravity normal to and along the plane, mu_s and mu_r static and rolling friction, I = 2/5 m R^2:
     sliding: dv/dt = g_t - mu_s g_n, d omega/dt = 5 mu_s g_n / 2R; from v0 on a level plane until 2 v0 / (7 mu_s g), then 5/7 v0;
     rolling against a torque mu_r F_n R: dv/dt = 5/7 (g_t - mu_r g_n), on a level plane to rest after 7 v0 / (5 mu_r g);
-    it rolls without slip where mu_s g_n >= 2/7 g_t (mu_r = 0), and stays at rest where mu_r and mu_s are at least g_t / g_n.
-The engine's lever arm on a plane is R - delta, so that these hold up to delta / R.
+    it rolls without slip if mu_s g_n >= 2/7 g_t (mu_r = 0), and remains at rest if mu_r and mu_s are at least g_t / g_n.
+The engine's lever arm on a plane is R - delta, so the relative accuracy of these forms is delta / R.
 """
 
 import math
@@ -27,7 +27,7 @@ ROLLING_MODELS = ("type_a", "type_c")
 
 
 def checks() -> list[Check]:
-    """All cases of friction and rolling."""
+    """Run all cases of friction and rolling."""
     return [
         *sliding_to_rolling(),
         *(check for model in ROLLING_MODELS for check in rolling_to_rest(model)),
@@ -39,13 +39,13 @@ def checks() -> list[Check]:
 
 
 def resting_overlap_m(slope_rad: float = 0.0) -> float:
-    """Overlap with a plane that carries the sphere's weight."""
+    """Equilibrium overlap of the sphere with the plane under its weight."""
     weight = mass_kg(SOFT, RADIUS_M) * GRAVITY_M_S2 * math.cos(slope_rad)
     return (weight / closed_forms.on_wall(SOFT, RADIUS_M, 1.0).stiffness) ** (2.0 / 3.0)
 
 
 def on_plane(mu_s, mu_r, *, slope_rad=0.0, speed_m_s=0.0, rolling=False, **settings) -> dem.Simulation:
-    """A sphere that rests on the plane, or slides or rolls along x; the slope tilts gravity, downhill is x."""
+    """Create a sphere that rests on the plane, or slides or rolls along x; the slope tilts gravity, downhill is x."""
     gravity = (GRAVITY_M_S2 * math.sin(slope_rad), 0.0, -GRAVITY_M_S2 * math.cos(slope_rad))
     simulation = scene(
         SOFT, RADIUS_M, TIME_STEP_S, restitution=RESTITUTION, static_friction=mu_s, rolling_friction=mu_r,
@@ -60,30 +60,30 @@ def on_plane(mu_s, mu_r, *, slope_rad=0.0, speed_m_s=0.0, rolling=False, **setti
 
 
 def motion(simulation: dem.Simulation, duration_s: float, n_looks: int):
-    """Times, speeds along x and spins about y at n_looks + 1 equally spaced moments."""
+    """Record times, speeds along x and spins about y at n_looks + 1 equidistant times."""
     run = record(simulation, n_looks, max(1, round(duration_s / n_looks / simulation.time_step_s)))
     return run.times_s, run.velocities_m_s[:, 0, 0], run.spins_rad_s[:, 0, 1]
 
 
 def slope_of(times, values) -> float:
-    """Slope of the straight line through the points of the second half: the tangential spring has settled by then."""
+    """Slope of a straight line fitted to the second half of the samples, after the tangential spring has settled."""
     half = len(times) // 2
     return float(np.polyfit(times[half:], values[half:], 1)[0])
 
 
 def tolerance_of(duration_s: float, slope_rad: float = 0.0) -> float:
-    """Relative tolerance of speeds and rates over a time: lever arm, velocities half a step old, one step more or less."""
+    """Relative tolerance of speeds and rates over a time: lever arm, velocity lag of half a step, and one step of duration."""
     return resting_overlap_m(slope_rad) / RADIUS_M + 1.5 * TIME_STEP_S / duration_s
 
 
 def sliding_to_rolling() -> list[Check]:
-    """A sphere that slides on a level plane begins to roll."""
+    """Transition from sliding to rolling on a level plane."""
     mu, v0 = 0.3, 0.1
     sticks = 2.0 * v0 / (7.0 * mu * GRAVITY_M_S2)
     times, speeds, spins = motion(on_plane(mu, 0.0, speed_m_s=v0), 2.0 * sticks, 400)
     sliding = times < 0.9 * sticks
     slip = speeds - spins * RADIUS_M
-    rolls = times[np.argmax(slip < 0.01 * v0)] / 0.99  # the slip falls linearly; its last part is the spring's
+    rolls = times[np.argmax(slip < 0.01 * v0)] / 0.99  # the slip decreases linearly; the tangential spring affects its last part
     tolerance, looks = tolerance_of(sticks), times[1] / sticks
     check = partial(Check, group=GROUP, case="sliding sphere that begins to roll", source=RIGID_BODY)
     deceleration = -np.polyfit(times[sliding], speeds[sliding], 1)[0]
@@ -102,7 +102,7 @@ def sliding_to_rolling() -> list[Check]:
 
 
 def rolling_to_rest(model: str) -> list[Check]:
-    """A rolling sphere is braked by the torque mu_r F_n R and comes to rest on a level plane."""
+    """Rolling to rest on a level plane under the torque mu_r F_n R."""
     mu_r, v0 = 0.02, 0.05
     stops = 7.0 * v0 / (5.0 * mu_r * GRAVITY_M_S2)
     simulation = on_plane(0.5, mu_r, speed_m_s=v0, rolling=True, rolling_model=model)
@@ -125,9 +125,9 @@ def rolling_to_rest(model: str) -> list[Check]:
 
 
 def remaining_speed(check, model: str, mu_r: float, speeds) -> Check:
-    """Speed that is left at rest: none with type A; with type C the rolling spring, which has no dashpot, rocks the sphere.
+    """Residual speed at rest: zero with type A; with type C the sphere oscillates on the rolling spring, which has no dashpot.
 
-    Its energy at the limit is M^2 / 2 k_r with M = mu_r F_n R and k_r = S_t R^2, against 7/10 m v^2.
+    The spring's energy at the limit is M^2 / 2 k_r with M = mu_r F_n R and k_r = S_t R^2; the kinetic energy is 7/10 m v^2.
     """
     weight = mass_kg(SOFT, RADIUS_M) * GRAVITY_M_S2
     k_r = 8.0 * SOFT.shear_modulus_pa / (2.0 - SOFT.poisson_ratio) * math.sqrt(RADIUS_M * resting_overlap_m())
@@ -140,13 +140,13 @@ def remaining_speed(check, model: str, mu_r: float, speeds) -> Check:
 
 
 def incline(mu_s, mu_r, slope_rad, duration_s=0.2, **settings):
-    """Acceleration along the slope and angular acceleration of a sphere that starts at rest."""
+    """Record acceleration along the slope and angular acceleration of a sphere that starts at rest."""
     times, speeds, spins = motion(on_plane(mu_s, mu_r, slope_rad=slope_rad, **settings), duration_s, 200)
     return slope_of(times, speeds), slope_of(times, spins)
 
 
 def rolling_down() -> list[Check]:
-    """Without rolling friction a sphere rolls down at 5/7 g sin(slope), also just above the least friction, 2/7 tan(slope)."""
+    """Rolling down without rolling friction, at 5/7 g sin(slope), also just above the minimum friction 2/7 tan(slope)."""
     slope = 0.2
     expected = 5.0 / 7.0 * GRAVITY_M_S2 * math.sin(slope)
     found = []
@@ -162,7 +162,7 @@ def rolling_down() -> list[Check]:
 
 
 def sliding_down() -> list[Check]:
-    """With less friction than 2/7 tan(slope) it slides: g (sin - mu_s cos) and 5 mu_s g cos / 2R."""
+    """Sliding down with friction below 2/7 tan(slope): g (sin - mu_s cos) and 5 mu_s g cos / 2R."""
     slope = 0.5
     mu_s = 0.8 * 2.0 / 7.0 * math.tan(slope)
     speeding, turning = incline(mu_s, 0.0, slope)
@@ -177,11 +177,11 @@ def sliding_down() -> list[Check]:
 
 
 def rest_on_incline(model: str) -> list[Check]:
-    """It comes to rest where mu_r and mu_s are 5 % above tan(slope), and holds by its springs alone where they are 2.2 times that.
+    """Rest on an incline if mu_r and mu_s are 5 % above tan(slope), and rest without slip if they are 2.2 tan(slope).
 
-    The load comes suddenly, so that the springs first swing to twice their rest length: below 2 tan(slope) they slip in between.
-    At rest the tangential spring is stretched by m g sin / S_t; type C's rolling spring, k_r = S_t R^2, moves the centre by as
-    much again.
+    The load is applied suddenly, so the springs first overshoot to twice their equilibrium extension: below 2 tan(slope) they slip.
+    At rest the tangential spring is extended by m g sin / S_t; type C's rolling spring, k_r = S_t R^2, displaces the centre by the
+    same amount again.
     """
     slope, duration = 0.2, 0.5
     stiffness = 8.0 * SOFT.shear_modulus_pa / (2.0 - SOFT.poisson_ratio) * math.sqrt(RADIUS_M * resting_overlap_m(slope))
@@ -200,7 +200,7 @@ def rest_on_incline(model: str) -> list[Check]:
                 obtained=float(speeds.max()), tolerance=1e-12,
             )
         )  # fmt: skip
-    tolerance = 2.0 * resting_overlap_m(slope) / RADIUS_M  # arm of force and of turning
+    tolerance = 2.0 * resting_overlap_m(slope) / RADIUS_M  # lever arms of force and of rotation
     return [
         *found,
         check(
@@ -211,7 +211,7 @@ def rest_on_incline(model: str) -> list[Check]:
 
 
 def rolling_on_incline(model: str) -> Check:
-    """With mu_r 20 % below tan(slope) it rolls down at 5/7 g (sin - mu_r cos)."""
+    """Rolling down with mu_r 20 % below tan(slope), at 5/7 g (sin - mu_r cos)."""
     slope = 0.2
     mu_r = 0.8 * math.tan(slope)
     expected = 5.0 / 7.0 * GRAVITY_M_S2 * (math.sin(slope) - mu_r * math.cos(slope))

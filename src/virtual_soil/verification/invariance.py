@@ -1,11 +1,11 @@
-"""Order of the integrator, and that the laws are the same in every frame.
+"""Order of the integrator, and invariance of the laws under changes of the reference frame.
 
-Order: the positions of a leapfrog err with the second power of the step. The engine's velocities stand half a step behind, so read
-as if they were of the same time they err with the first power; and so does all that a dashpot does, which reads them. An impact's
-duration has the error of the positions only, but its force is not smooth where it begins; so every run begins exactly at touch.
+Order: the error of the leapfrog's positions is of second order in the step. The engine's velocities lag by half a step; taken at
+the time of the positions, their error is of first order, and so is the error of dashpot forces, which use them. The force is not
+smooth at the first contact, so every run starts exactly at the touch.
 
-Frames: the same cloud at rest and in a moving frame, turned, or shifted through a periodic boundary, comes to the same relative
-state up to rounding, which collisions magnify: by the way between two collisions over the radius, each time.
+Frames: the cloud in a frame at rest, moving, rotated, or shifted through a periodic boundary reaches the same relative state up to
+rounding. Each collision amplifies rounding by the distance between two collisions over the radius.
 """
 
 import numpy as np
@@ -19,22 +19,22 @@ from virtual_soil.verification.scene import GLASS, record, scene
 
 GROUP = "Order and invariance"
 
-#: Steps over the observed half of an impact, doubled from run to run.
+#: Numbers of steps during the observed part of an impact, doubled from run to run.
 STEPS = (50, 100, 200, 400, 800)
-#: How far the slope of a straight line through errors of five step sizes may be from the order: terms of the next half order.
+#: Tolerance of the slope of a straight line through the errors of five step sizes: terms of the next half order.
 ORDER_TOLERANCE = 0.1
 
-#: Rounding in float64 at ten radii from the origin, 1e-15 radii, times ten for each of up to ten collisions.
+#: Rounding in float64 at ten radii from the origin, 1e-15 radii, amplified tenfold by each of up to ten collisions.
 FRAME_TOLERANCE = 1e-5
 
 
 def checks() -> list[Check]:
-    """All cases of order and invariance."""
+    """Run all cases of order and invariance."""
     return [*orders(), *frames()]
 
 
 def exact_impact(impact: closed_forms.Impact, time_s: float) -> tuple[float, float]:
-    """Overlap and its rate at a time after touch, by scipy."""
+    """Overlap and its rate at a time after touch, computed with scipy."""
     k, m = impact.stiffness, impact.mass_kg
 
     def derivative(_, state):
@@ -47,7 +47,7 @@ def exact_impact(impact: closed_forms.Impact, time_s: float) -> tuple[float, flo
 
 
 def errors(restitution: float) -> dict[str, list[float]]:
-    """Relative errors of overlap and speed, 0.7 of an elastic duration after touch, for every number of steps."""
+    """Relative errors of overlap and speed at 0.7 elastic durations after touch, for every number of steps."""
     r, v = 0.01, 10.0
     impact = closed_forms.of_spheres(GLASS, r, r, 2.0 * v, restitution)
     time = 0.7 * impact.duration_s
@@ -63,7 +63,7 @@ def errors(restitution: float) -> dict[str, list[float]]:
 
 
 def orders() -> list[Check]:
-    """Slope of the logarithm of the error over that of the step, in impacts of two glass spheres."""
+    """Check the order of the error, the slope of log(error) against log(step), in impacts of two glass spheres."""
     found = []
     for e, quantity, order, note in (
         (1.0, "overlap", 2.0, ""),
@@ -81,7 +81,7 @@ def orders() -> list[Check]:
 
 
 def fly(shift_m=(0.0, 0.0, 0.0), drift_m_s=(0.0, 0.0, 0.0), turn: Rotation | None = None, period_m: float = 0.0):
-    """Positions, velocities, spins of the cloud after 0.01 s, seen from the frame that was shifted, moved or turned."""
+    """Positions, velocities and spins of the cloud after 0.01 s, in the shifted, moving or rotated frame."""
     turn = turn or Rotation.identity()
     simulation, positions, radii, velocities, spins = make_cloud(model="type_a", mu_r=0.2, period_m=(period_m,) * 3)
     simulation.add_grains(turn.apply(positions) + shift_m, radii, "grain", turn.apply(velocities) + drift_m_s, turn.apply(spins))
@@ -91,7 +91,7 @@ def fly(shift_m=(0.0, 0.0, 0.0), drift_m_s=(0.0, 0.0, 0.0), turn: Rotation | Non
 
 
 def frames() -> list[Check]:
-    """The cloud in other frames, in float64: largest difference of any grain over the radius, or over the largest start value."""
+    """Compare the cloud in different frames, in float64: largest difference over the radius, or over the largest initial value."""
     turn, period = Rotation.from_rotvec((0.3, -1.1, 0.7)), 14.0 * RADIUS_M
     at_rest, periodic = fly(), fly(period_m=period)
     cases = {

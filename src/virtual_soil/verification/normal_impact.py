@@ -16,12 +16,12 @@ DAMPED = "closed form (Antypov & Elliott 2011)"
 ELASTIC_STEPS, DAMPED_STEPS = 1000, 5000
 RESTITUTIONS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 
-#: A step of the size that users take (the default of `dem.Simulation`).
+#: Default time step ratio of `dem.Simulation`.
 DEFAULT_STEP_RATIO = 0.2
 
 
 def checks() -> list[Check]:
-    """All cases of normal impact."""
+    """Run all cases of normal impact."""
     return [
         *(check for precision in PRECISIONS for check in equal_spheres(precision)),
         *(check for precision in PRECISIONS for check in sphere_on_wall(precision)),
@@ -32,12 +32,12 @@ def checks() -> list[Check]:
 
 
 def elastic_tolerance(precision: str) -> float:
-    """Relative tolerance of an elastic impact in ELASTIC_STEPS steps; roundings of random sign add up to some 30 units."""
+    """Relative tolerance of an elastic impact with ELASTIC_STEPS steps; rounding errors of random sign add up to some 30 units."""
     return closed_forms.elastic_step_error(ELASTIC_STEPS) + 100.0 * PRECISIONS[precision]
 
 
 def equal_spheres(precision: str) -> list[Check]:
-    """Test 1: two equal glass spheres, R 10 mm, 10 m/s each; the force is the change of momentum of each step."""
+    """Test 1: two equal glass spheres, R 10 mm, 10 m/s each; the force is computed from the momentum change of each step."""
     r, v = 0.010, 10.0
     exact = closed_forms.of_spheres(GLASS, r, r, 2.0 * v)
     simulation = scene(GLASS, r, exact.duration_s / ELASTIC_STEPS, precision=precision)
@@ -51,7 +51,7 @@ def equal_spheres(precision: str) -> list[Check]:
 
 
 def sphere_on_wall(precision: str) -> list[Check]:
-    """Test 2: an aluminium sphere, R 0.1 m, on a rigid wall at 0.2 m/s; the force is what the wall feels."""
+    """Test 2: an aluminium sphere, R 0.1 m, on a rigid wall at 0.2 m/s; the force is measured at the wall."""
     r, v = 0.1, 0.2
     exact = closed_forms.on_wall(ALUMINIUM, r, v)
     simulation = scene(ALUMINIUM, r, exact.duration_s / ELASTIC_STEPS, precision=precision, walls=[FLOOR])
@@ -63,7 +63,7 @@ def sphere_on_wall(precision: str) -> list[Check]:
 
 
 def elastic_checks(case, exact, precision, times, overlaps, forces, speeds) -> list[Check]:
-    """The four quantities of an elastic impact; the contact begins and ends where the overlap, linear in between, is zero."""
+    """Check four quantities of an elastic impact; begin and end of the contact are interpolated linearly to zero overlap."""
     tolerance = elastic_tolerance(precision)
     inside = np.flatnonzero(overlaps > 0.0)
     begin, end = (np.interp(0.0, *sorted_pair(overlaps[k : k + 2], times[k : k + 2])) for k in (inside[0] - 1, inside[-1]))
@@ -81,7 +81,7 @@ def elastic_checks(case, exact, precision, times, overlaps, forces, speeds) -> l
 
 
 def sorted_pair(x, y):
-    """Two points in the order of x."""
+    """Sort two points by x."""
     order = np.argsort(x)
     return x[order], y[order]
 
@@ -97,7 +97,7 @@ def rebound(e: float, time_step_s: float, n_looks: int, every_steps: int, dampin
 
 
 def restitution(e: float) -> list[Check]:
-    """Test 3 with a small time step: what the contact law gives."""
+    """Test 3 with a small time step: restitution of the contact law."""
     exact = closed_forms.on_wall(ALUMINIUM_OXIDE, 2.5e-3, 3.9, e)
     obtained, overlap, _ = rebound(e, exact.duration_s / DAMPED_STEPS, n_looks=DAMPED_STEPS // 5, every_steps=10)
     tolerance = closed_forms.damped_step_error(DAMPED_STEPS)
@@ -112,9 +112,9 @@ def restitution(e: float) -> list[Check]:
 
 
 def restitution_without_pull(e: float) -> Check:
-    """Test 3 with contacts that never pull: their dashpot is solved for, so that the rebound is e again."""
+    """Test 3 without attractive forces: the dashpot coefficient is solved for, so that the restitution is e."""
     duration = closed_forms.on_wall(ALUMINIUM_OXIDE, 2.5e-3, 3.9, e).duration_s
-    # a stronger dashpot opens the contact more slowly: three times the time of the other model's contact is enough for e = 0.1
+    # a stronger dashpot prolongs the contact: three durations of the other model suffice for e = 0.1
     obtained, _, _ = rebound(e, duration / DAMPED_STEPS, n_looks=3 * DAMPED_STEPS // 10, every_steps=10, damping_model="no_pull")
     return Check(
         group=GROUP, case=f"test 3: e = {e:g} asked for, never pulling", quantity="restitution", unit="-",
@@ -123,7 +123,7 @@ def restitution_without_pull(e: float) -> Check:
 
 
 def restitution_at_the_default_step(e: float) -> Check:
-    """Test 3 with the step that users take: what is left of it in so fast and stiff an impact."""
+    """Test 3 with the default time step: restitution in a fast and stiff impact."""
     step = DEFAULT_STEP_RATIO * dem.rayleigh_time(2.5e-3, ALUMINIUM_OXIDE)
     obtained, _, n_steps = rebound(e, step, n_looks=80, every_steps=1)
     return Check(

@@ -1,13 +1,13 @@
 """Oblique impact and spin, Chung & Ooi 2011 (Granular Matter 13, 643), tests 4 to 8.
 
 Sliding throughout (Coulomb; Kharaz, Gorham, Salman 2001, Powder Technol. 120, 281): the tangential impulse is mu times the normal
-impulse while the contact pushes, J = mu m* (1 + e_push) v_n (e_push of `verification.closed_forms`; equal to e without dashpot).
+impulse while the force is repulsive, J = mu m* (1 + e_push) v_n (e_push: see `closed_forms`; equal to e without dashpot).
 It changes a sphere's tangential speed by J / m and its spin by J arm / (2/5 m R^2), which is 5 J / (2 m R) up to overlap over
-radius: the engine's arm ends in the middle of the overlap, R d / (R + R') between spheres and d on a wall, so that its mean
-over the impact is R (1 - mean overlap / (R + R')). The slip speed falls by 7/2 J / m*; a contact that slips at 7/2 mu (1 + e) v_n
-or more at first therefore slips throughout.
+radius: the engine's lever arm is R d / (R + R') between spheres and d on a wall, so its mean over the impact is
+R (1 - mean overlap / (R + R')). The slip speed decreases by 7/2 J / m*; a contact with an initial slip speed of at least
+7/2 mu (1 + e) v_n therefore slips throughout.
 
-Sticking throughout: no closed form, but four ordinary differential equations (`stick`), solved apart from the engine by scipy.
+Sticking throughout: no closed form, but four ordinary differential equations (`stick`), solved with scipy apart from the engine.
 """
 
 import math
@@ -37,14 +37,14 @@ KHARAZ_POINTS = (
     (30, 0.684, 616.5),
 )
 
-#: How far a point read off a printed curve may be out: 3 % of the axis of e_t (0 to 1) and of the spin (0 to 700 rad/s).
+#: Error of a point digitised from a printed curve: 3 % of the axis of e_t (0 to 1) and of the spin (0 to 700 rad/s).
 READING = 0.03
 SPIN_READING_RAD_S = READING * 700.0
 
 KHARAZ_RADIUS_M, KHARAZ_SPEED_M_S, KHARAZ_RESTITUTION, KHARAZ_FRICTION = 2.5e-3, 3.9, 0.98, 0.092
 SLIDING_ANGLES_DEG = (35, 45, 60, 75, 85)
 
-#: Tests 5 to 8; the slip speed at first is above 7/2 mu (1 + e) v_n = 0.56 m/s throughout. The last has backspin.
+#: Tests 5 to 8; the initial slip speed is above 7/2 mu (1 + e) v_n = 0.56 m/s in all cases. The last has backspin.
 RADIUS_M, NORMAL_SPEED_M_S, FRICTION = 0.1, 0.2, 0.4
 RESTITUTIONS = (1.0, 0.5)
 SPINS_RAD_S = (7.0, 22.0)
@@ -52,7 +52,7 @@ SPEEDS_AND_SPINS = ((0.6, 0.0), (2.4, 0.0), (0.0, 7.0), (0.0, 22.0), (0.6, -4.0)
 
 
 def checks() -> list[Check]:
-    """All cases of oblique impact."""
+    """Run all cases of oblique impact."""
     return [
         *(check for point in KHARAZ_POINTS for check in digitised(*point)),
         *(check for angle in SLIDING_ANGLES_DEG for check in gross_sliding(angle)),
@@ -65,7 +65,7 @@ def checks() -> list[Check]:
 
 
 def hit_wall(material, radius_m, velocity_m_s, spin_rad_s, restitution, friction):
-    """A sphere hits the floor at (tangential, normal) velocity with a spin about y; tangential speed and spin afterwards."""
+    """Tangential speed and spin of a sphere after an impact on the floor at (tangential, normal) velocity with a spin about y."""
     tangential, normal = velocity_m_s
     step = closed_forms.on_wall(material, radius_m, normal).duration_s / STEPS
     simulation = scene(material, radius_m, step, restitution=restitution, static_friction=friction, walls=[FLOOR])
@@ -78,7 +78,7 @@ def hit_wall(material, radius_m, velocity_m_s, spin_rad_s, restitution, friction
 
 
 def hit_wall_as_kharaz(angle_deg):
-    """Test 4 at one angle: tangential restitution, spin in rad/s, speeds (tangential, normal) before."""
+    """Test 4 at one angle: tangential restitution, spin in rad/s, initial speeds (tangential, normal)."""
     angle = math.radians(angle_deg)
     before = (KHARAZ_SPEED_M_S * math.sin(angle), KHARAZ_SPEED_M_S * math.cos(angle))
     speed, spin = hit_wall(ALUMINIUM_OXIDE, KHARAZ_RADIUS_M, before, 0.0, KHARAZ_RESTITUTION, KHARAZ_FRICTION)
@@ -86,7 +86,7 @@ def hit_wall_as_kharaz(angle_deg):
 
 
 def digitised(angle_deg: float, e_t: float, spin_rad_s: float) -> list[Check]:
-    """Test 4 where the contact sticks for a while."""
+    """Test 4 at angles with temporary sticking."""
     obtained, spin, _ = hit_wall_as_kharaz(angle_deg)
     check = partial(Check, group=GROUP, case=f"test 4: {angle_deg:g}°", source=KHARAZ)
     return [
@@ -96,7 +96,7 @@ def digitised(angle_deg: float, e_t: float, spin_rad_s: float) -> list[Check]:
 
 
 def gross_sliding(angle_deg: float) -> list[Check]:
-    """Test 4 where the contact slides throughout: e_t = 1 - mu (1 + e) / tan(angle), spin 5 mu (1 + e) v_n / 2R."""
+    """Test 4 at angles with sliding throughout: e_t = 1 - mu (1 + e) / tan(angle), spin 5 mu (1 + e) v_n / 2R."""
     obtained, spin, (tangential, normal) = hit_wall_as_kharaz(angle_deg)
     impact = closed_forms.on_wall(ALUMINIUM_OXIDE, KHARAZ_RADIUS_M, normal, KHARAZ_RESTITUTION)
     impulse = KHARAZ_FRICTION * (1.0 + impact.push_restitution) * normal
@@ -136,10 +136,10 @@ def sphere_on_wall(tangential_m_s: float, spin_rad_s: float, e: float) -> list[C
 
 
 def stick(impact: closed_forms.Impact, shear_modulus_pa: float, tangential_m_s: float) -> tuple[float, float]:
-    """Tangential speed and spin after an impact on a wall without slip: the contact law as differential equations.
+    """Tangential speed and spin after an impact on a wall without slip, from the differential equations of the contact law.
 
     delta'' m = -F_n, s' = v_x - omega a, v_x' m = -F_t, omega' 2/5 m R^2 = F_t a with a = R - delta, S_t = 8 G* sqrt(R delta),
-    F_t = S_t s + 2 sqrt(5/6) beta sqrt(S_t m) s', and no F_t while F_n pulls (Coulomb's limit is then zero).
+    F_t = S_t s + 2 sqrt(5/6) beta sqrt(S_t m) s', and F_t = 0 while F_n is attractive (Coulomb's limit is then zero).
     """
     m, r, beta = impact.mass_kg, impact.radius_m, impact.beta
     k, k_t = impact.stiffness, 8.0 * shear_modulus_pa * math.sqrt(r)
@@ -159,7 +159,7 @@ def stick(impact: closed_forms.Impact, shear_modulus_pa: float, tangential_m_s: 
     def parted(time, state):
         return state[0] if time > 0.1 * impact.duration_s else 1.0
 
-    parted.terminal = True  # type: ignore[attr-defined]  # how scipy wants to be told
+    parted.terminal = True  # type: ignore[attr-defined]  # attribute read by scipy
     start = [0.0, impact.speed_m_s, tangential_m_s, 0.0, 0.0]
     scale = [impact.elastic_overlap_m, impact.speed_m_s, tangential_m_s, tangential_m_s / r, impact.elastic_overlap_m]
     solution = solve_ivp(
@@ -170,7 +170,7 @@ def stick(impact: closed_forms.Impact, shear_modulus_pa: float, tangential_m_s: 
 
 
 def sticking(e: float) -> list[Check]:
-    """Test 5 with so much friction that the contact never slips: tangential stiffness and dashpot."""
+    """Test 5 with high friction, so that the contact never slips: tangential stiffness and dashpot."""
     tangential = 0.1
     impact = closed_forms.on_wall(ALUMINIUM, RADIUS_M, NORMAL_SPEED_M_S, e)
     modulus = ALUMINIUM.shear_modulus_pa / (2.0 - ALUMINIUM.poisson_ratio)
@@ -190,7 +190,7 @@ def sticking(e: float) -> list[Check]:
 
 
 def meet(spin_i: float, spin_j: float, radius_j: float, e: float):
-    """Head-on impact along x of a sphere of RADIUS_M with another; y velocities (2,) and spins about z (2,) afterwards."""
+    """Final y velocities (2,) and spins about z (2,) of a head-on impact along x of a sphere of RADIUS_M with another."""
     step = closed_forms.of_spheres(ALUMINIUM, RADIUS_M, radius_j, NORMAL_SPEED_M_S).duration_s / STEPS
     simulation = scene(ALUMINIUM, RADIUS_M, step, restitution=e, static_friction=FRICTION)
     half = 0.5 * NORMAL_SPEED_M_S
@@ -201,24 +201,24 @@ def meet(spin_i: float, spin_j: float, radius_j: float, e: float):
 
 
 def equal_spheres(spin_rad_s: float, e: float) -> list[Check]:
-    """Test 7 with the same spin of both, so that their surfaces slide."""
+    """Test 7 with identical spins, so that the surfaces slide."""
     return spinning_spheres("test 7: equal spheres", spin_rad_s, spin_rad_s, RADIUS_M, e)
 
 
 def unequal_spheres(spin_rad_s: float, e: float) -> list[Check]:
-    """Test 8: a spinning sphere, R 0.1 m, on one of 0.5 m, here of the same density, that does not spin."""
+    """Test 8: a spinning sphere, R 0.1 m, hits a non-spinning one, R 0.5 m, here of the same density."""
     return spinning_spheres("test 8: R 0.1 m on 0.5 m", spin_rad_s, 0.0, 5.0 * RADIUS_M, e)
 
 
 def spinning_spheres(case: str, spin_i: float, spin_j: float, radius_j: float, e: float) -> list[Check]:
-    """Two spheres meet head-on and slide on each other throughout, because of their spins."""
+    """Head-on impact of two spheres that slide on each other throughout because of their spins."""
     impact = closed_forms.of_spheres(ALUMINIUM, RADIUS_M, radius_j, NORMAL_SPEED_M_S, e)
     impulse = FRICTION * impact.mass_kg * (1.0 + impact.push_restitution) * NORMAL_SPEED_M_S
     arm = 1.0 - impact.mean_overlap_m / (RADIUS_M + radius_j)
     speeds, spins = meet(spin_i, spin_j, radius_j, e)
     check = partial(Check, group=GROUP, case=f"{case}, spins {spin_i:g}, {spin_j:g} rad/s, e = {e:g}", source=COULOMB)
     found = []
-    # i, on the left, spins anticlockwise, so its surface moves up at the contact and friction pushes it down, and j up
+    # i, on the left, spins anticlockwise: its surface moves up at the contact, and friction pushes i down and j up
     for name, r, sign, speed, turn in zip("ij", (RADIUS_M, radius_j), (-1.0, 1.0), speeds, spins - (spin_i, spin_j), strict=True):
         mass = mass_kg(ALUMINIUM, r)
         expected = {"transverse speed": ("m/s", sign * impulse / mass, speed)}
@@ -234,7 +234,7 @@ def spinning_spheres(case: str, spin_i: float, spin_j: float, radius_j: float, e
 
 
 def rolling_on_each_other() -> list[Check]:
-    """Test 7 with opposite spins, like two cogwheels: no slip, no tangential force, spins as they were."""
+    """Test 7 with opposite spins, as of gear wheels: no slip, no tangential force, spins unchanged."""
     spin = 5.0
     speeds, spins = meet(spin, -spin, RADIUS_M, 0.5)
     check = partial(Check, group=GROUP, case="test 7: equal spheres, spins 5, -5 rad/s", source="closed form (no slip, no force)")

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from virtual_soil.verification import figures
 
-#: What stands above the table of a group: in the order of the page, then groups that are not listed.
+#: Group -> text above its table, in the order of the page; groups that are not listed follow.
 INTRODUCTIONS = {
     "normal_impact": """Chung & Ooi 2011 (Granular Matter 13, 643), tests 1 to 3. Elastic impacts have 1000 steps per
 contact, damped ones 5000, and the last rows the step that users take by default.
@@ -41,7 +41,7 @@ torque for equal grains, and also where two grains turn as gears do. With equal 
 scatter; with the same number in type A heaps are many degrees steeper.""",
 }
 
-#: name of the group -> figures under its table: file name, function of the table, caption.
+#: Name of the group -> figures below its table: file name, function of the table, caption.
 FIGURES: dict[str, list[tuple[str, Callable[[pd.DataFrame], Figure], str]]] = {
     "normal_impact": [("restitution", figures.restitution, "Restitution obtained and asked for.")],
     "oblique_impact": [("oblique_impact", figures.oblique_impact, "Impact of an aluminium-oxide sphere on a wall at 3.9 m/s.")],
@@ -79,8 +79,8 @@ def write_page(tables: dict[str, pd.DataFrame], page: Path, folder: Path, runs: 
     Parameters
     ----------
     tables : name of the group -> its checks (`verification.table_of`), in the order of the page.
-    runs : heaps and shear tests (`verification.bulk.COLUMNS`), which the bulk figure is drawn from.
-    page : Markdown file. folder : of the figures (PNG), beside or below the page's folder.
+    runs : heaps and shear tests (`verification.bulk.COLUMNS`), data of the bulk figure.
+    page : Markdown file. folder : folder of the figures (PNG), next to or below the page's folder.
     """
     folder.mkdir(parents=True, exist_ok=True)
     parts = [HEAD, summary(tables)]
@@ -94,7 +94,7 @@ def write_page(tables: dict[str, pd.DataFrame], page: Path, folder: Path, runs: 
 
 
 def summary(tables: dict[str, pd.DataFrame]) -> str:
-    """How many checks there are, and how many fail."""
+    """Number of checks and of failed checks, in total and per group."""
     checks = pd.concat(tables.values())
     failed = int((~checks["passed"]).sum())
     rows = [
@@ -106,7 +106,7 @@ def summary(tables: dict[str, pd.DataFrame]) -> str:
 
 
 def table_of_checks(table: pd.DataFrame) -> str:
-    """All checks of a group."""
+    """Format all checks of a group as a Markdown table."""
     rows = [
         (
             check.case, check.quantity, check.unit, expectation(check), f"{check.obtained:.6g}",
@@ -119,12 +119,12 @@ def table_of_checks(table: pd.DataFrame) -> str:
 
 
 def expectation(check) -> str:
-    """The expected value, or the bound."""
+    """Format the expected value or bound."""
     sign = {"equal": "", "at least": "≥ ", "at most": "≤ "}[check.relation]
     return f"{sign}{check.expected:.6g}"
 
 
 def markdown(head, rows) -> str:
-    """A Markdown table."""
+    """Format a Markdown table."""
     lines = [head, ["---"] * len(head), *rows]
     return "".join("| " + " | ".join(map(str, line)) + " |\n" for line in lines)

@@ -1,9 +1,9 @@
-"""Grains at rest: what carries their weight, how deep they sink into each other, and whether a heap stays as it is.
+"""Grains at rest: floor force, static overlaps, and drift of settled heaps and beds.
 
-Static stack of n grains of weight w: the floor carries n w, and the contact below k grains has the overlap (k w / K)^(2/3), K being
-4/3 E* sqrt(R*) of that contact. A bed at rest: the floor carries its weight; while it settles, the mean force is the weight plus
-the change of momentum over time (Newton), to rounding. A settled heap: no closed form, but it should not move at all; nor should a
-bed against a floor that carries it along, where contacts see no digit of a velocity below 2^-24 of the floor's.
+Static stack of n grains of weight w: the floor force is n w, and the contact below k grains has the overlap (k w / K)^(2/3) with
+K = 4/3 E* sqrt(R*) of that contact. A bed at rest: the floor force equals its weight; during settling the mean force is the weight
+plus the momentum change over time (Newton), up to rounding. A settled heap: no closed form, but it should not move. Nor should a
+bed move relative to a moving floor, although float32 contacts do not resolve velocities below 2^-24 of the floor's.
 """
 
 from dataclasses import replace
@@ -23,23 +23,23 @@ EQUILIBRIUM = "closed form (equilibrium)"
 RADIUS_M, GRAVITY_M_S2 = 1e-3, 9.81
 TIME_STEP_S = 0.2 * dem.rayleigh_time(RADIUS_M, SOFT)
 
-#: How long to wait for rest and how much longer for its last motions to die away (s); what is left of them then, as force over
-#: weight; how long a heap is watched (s).
+#: Maximum time until rest and additional time for residual motion to decay (s); residual motion as force over weight; observation
+#: time of a heap (s).
 LONGEST_S, CALM_S, MOTION_LEFT, WATCH_S = 3.0, 0.5, 1e-9, 0.5
 
-#: How long a bed falls and rides before it is watched (s).
+#: Time in which a bed settles on the moving floor before the observation (s).
 RIDE_S = 1.5
 
-#: Speed in m/s below which every grain of a heap must be before it is watched, 1e-5 of sqrt(g r): the energy of all does not
-#: tell of a single grain that tips over slowly, as type C lets them.
+#: Maximum speed in m/s of any grain of a heap before the observation, 1e-5 of sqrt(g r). The total energy does not reveal a single
+#: grain that topples slowly, which occurs with type C.
 QUIET_M_S = 1e-5 * float(np.sqrt(GRAVITY_M_S2 * RADIUS_M))
 
-#: Heaps are tried in this order until one comes to rest; with type A the first has to, as it brakes every spin.
+#: Seeds of heaps, tried in this order until one comes to rest; with type A the first must, because every spin is resisted.
 HEAP_SEEDS = {"type_a": (1,), "type_c": (1, 2, 3)}
 
 
 def checks() -> list[Check]:
-    """All cases of rest."""
+    """Run all cases of rest."""
     return [
         *(check for precision in PRECISIONS for check in stack(precision)),
         *(check for precision in PRECISIONS for check in bed(precision)),
@@ -49,25 +49,25 @@ def checks() -> list[Check]:
 
 
 def under_gravity(**settings) -> dem.Simulation:
-    """An empty simulation of soft, rough grains over the floor."""
+    """Create an empty simulation of soft, rough grains above the floor."""
     gravity = (0.0, 0.0, -GRAVITY_M_S2)
     rough: dict[str, Any] = {"restitution": 0.5, "static_friction": 0.5, "rolling_friction": 0.2, "walls": [FLOOR]}
     return scene(SOFT, RADIUS_M, TIME_STEP_S, gravity_m_s2=gravity, **rough | settings)
 
 
 def settle(simulation: dem.Simulation) -> None:
-    """Run until nothing moves, and somewhat longer."""
+    """Run until the grains are at rest, and for CALM_S longer."""
     simulation.run(LONGEST_S, until=dem.Simulation.is_static)
     simulation.run(CALM_S)
 
 
 def is_quiet(simulation: dem.Simulation) -> bool:
-    """Whether every single grain is at rest."""
+    """True if every grain is at rest."""
     return float(np.linalg.norm(simulation.grains.velocities_m_s, axis=1).max()) < QUIET_M_S
 
 
 def stack(precision: str) -> list[Check]:
-    """Five grains on top of each other, after they have come to rest."""
+    """Stack of five grains at rest."""
     n, weight = 5, mass_kg(SOFT, RADIUS_M) * GRAVITY_M_S2
     simulation = under_gravity(precision=precision)
     simulation.add_grains([(0.0, 0.0, (2 * k + 1) * RADIUS_M) for k in range(n)], RADIUS_M, "grain")
@@ -98,7 +98,7 @@ def stack(precision: str) -> list[Check]:
 
 
 def pour(simulation: dem.Simulation, region, n_grains: int, drift_m_s=(0.0, 0.0, 0.0), seed: int = 1) -> np.ndarray:
-    """Add grains of unequal size above the floor, each with a velocity of its own, so that no tower stands; their radii (n,)."""
+    """Add grains of unequal size and random velocity (which prevents vertical stacks) above the floor; returns their radii (n,)."""
     sizes = dem.Sizes(mean_m=1.25 * RADIUS_M, sd_ratio=0.1)
     positions, radii = dem.Factory(n_grains=n_grains, region=region, sizes=sizes, material="grain", seed=seed).make()
     velocities = np.random.default_rng(seed).normal(0.0, 0.1, positions.shape) + drift_m_s
@@ -107,7 +107,7 @@ def pour(simulation: dem.Simulation, region, n_grains: int, drift_m_s=(0.0, 0.0,
 
 
 def bed(precision: str) -> list[Check]:
-    """A bed of 200 grains in a periodic box: while it falls, and at rest."""
+    """Bed of 200 grains in a periodic box, during its fall and at rest."""
     side, n_steps = 14.0 * RADIUS_M, 5000
     simulation = under_gravity(precision=precision, period_m=(side, side, 0.0))
     region = dem.BoxRegion(low_m=(0.0, 0.0), high_m=(side, side), bottom_m=0.0)
@@ -133,10 +133,11 @@ def bed(precision: str) -> list[Check]:
 
 
 def heap(model: str) -> list[Check]:
-    """A column of 300 grains collapses to a heap; then how far its grains drift, in float32.
+    """Heap from a collapsed column of 300 grains: drift of its grains at rest, in float32.
 
-    Type C resists no twisting: a grain that stands on a single other one may spin about the normal for ever, and rolls in a circle.
-    That heap has not come to rest. The next seed's is watched in its place, and the note tells; so does the check if all are so.
+    Type C does not resist twisting: a grain on a single other grain may spin about the normal without end and roll in a circle.
+    Such a heap does not come to rest. The heap of the next seed is then observed instead, and the note states it. If no heap comes
+    to rest, the last one is observed.
     """
     seeds = HEAP_SEEDS[model]
     for seed in seeds:
@@ -154,7 +155,7 @@ def heap(model: str) -> list[Check]:
 
 
 def carried_bed(speed_m_s: float) -> list[Check]:
-    """A bed of 200 grains on a floor that moves: how far it drifts against the floor, where contacts see float32 velocities."""
+    """Bed of 200 grains on a moving floor: drift relative to the floor with float32 velocities in the contacts."""
     side, velocity = 14.0 * RADIUS_M, np.array([speed_m_s, 0.0, 0.0])
     floor = replace(FLOOR, velocity_m_s=tuple(velocity.tolist()))
     simulation = under_gravity(precision="float32", period_m=(side, side, 0.0), walls=[floor])
@@ -166,7 +167,7 @@ def carried_bed(speed_m_s: float) -> list[Check]:
 
 
 def drift(case: str, positions_m: np.ndarray, note: str) -> list[Check]:
-    """How far grains got from the first to the last of their positions (times, n, 3) while they were watched."""
+    """Check the displacement of the grains between the first and the last of their positions (times, n, 3)."""
     ways = np.linalg.norm(positions_m[-1] - positions_m[0], axis=1) / RADIUS_M
     check = partial(
         Check, group=GROUP, case=case, source="requirement: 1 % of a radius in a minute", unit="-", relation="at most",

@@ -1,4 +1,4 @@
-"""What the cases share: materials of the published tests, a rigid wall, and a simulation with a chosen time step."""
+"""Shared by the cases: materials of the published tests, a rigid wall, and a simulation with a given time step."""
 
 import math
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ import dem
 
 
 def elastic(density_kg_m3: float, young_modulus_pa: float, poisson_ratio: float) -> dem.Material:
-    """A material by its Young's modulus, as papers give it: G = E / (2 (1 + nu))."""
+    """Create a material from its Young's modulus, as in papers: G = E / (2 (1 + nu))."""
     return dem.Material(
         density_kg_m3=density_kg_m3, poisson_ratio=poisson_ratio, shear_modulus_pa=young_modulus_pa / (2.0 * (1.0 + poisson_ratio))
     )
@@ -20,14 +20,14 @@ GLASS = elastic(2800.0, 4.8e10, 0.20)
 ALUMINIUM = elastic(2699.0, 7.0e10, 0.30)
 ALUMINIUM_OXIDE = elastic(4000.0, 3.8e11, 0.23)
 
-#: Soft grains for the cases under gravity, where the speed of the computation counts and the modulus does not.
+#: Soft grains for the cases under gravity, whose results do not depend on the modulus: larger steps.
 SOFT = elastic(2500.0, 2.4e7, 0.20)
 
-#: A wall 1e11 times as stiff as any grain, so that E* = E / (1 - nu^2) and G* = G / (2 - nu) of the grain alone. The engine's
-#: walls have no mass; the density only keeps the wall from setting the time step, which goes with sqrt(density / modulus).
+#: Wall 1e11 times as stiff as any grain, so that E* = E / (1 - nu^2) and G* = G / (2 - nu) of the grain. Walls have no mass in the
+#: engine; the high density only prevents the wall from limiting the time step, which is proportional to sqrt(density / modulus).
 RIGID = dem.Material(density_kg_m3=1e22, poisson_ratio=0.0, shear_modulus_pa=1e22)
 
-#: Units of rounding of the contact arithmetic: a number is off by at most so much of itself.
+#: Unit roundoff of the contact arithmetic: maximum relative error of a number.
 PRECISIONS = {"float64": 2.0**-53, "float32": 2.0**-24}
 
 FLOOR = dem.Box(name="floor", material="rigid", low_m=(-10.0, -10.0, 0.0), high_m=(10.0, 10.0, 0.0))
@@ -45,9 +45,9 @@ def scene(
     precision: str = "float64",
     **settings,
 ) -> dem.Simulation:
-    """An empty simulation of one material, "grain", and "rigid" walls with a time step in s instead of a ratio.
+    """Create an empty simulation of one material, "grain", and "rigid" walls, with a time step in s instead of a ratio.
 
-    settings go to `dem.Simulation`. Raises ValueError for a time step above half the Rayleigh time.
+    settings : arguments of `dem.Simulation`. Raises ValueError for a time step above half the Rayleigh time.
     """
     touch = dem.Interaction(restitution=restitution, static_friction=static_friction, rolling_friction=rolling_friction)
     return dem.Simulation(
@@ -62,15 +62,15 @@ def scene(
 
 
 def mass_kg(material: dem.Material, radius_m):
-    """Mass of solid spheres in kg, of the shape of radius_m."""
+    """Mass of solid spheres in kg; the result has the shape of radius_m."""
     return material.density_kg_m3 * 4.0 / 3.0 * math.pi * radius_m**3
 
 
 @dataclass(frozen=True)
 class History:
-    """States of a run, one per look: times_s (t,), positions_m, velocities_m_s, spins_rad_s (t, n, 3), floor_forces_n (t, 3).
+    """States of a run, one per sample: times_s (t,), positions_m, velocities_m_s, spins_rad_s (t, n, 3), floor_forces_n (t, 3).
 
-    Velocities and spins are those of half a step before the positions. The forces are means over the steps since the last look.
+    Velocities and spins lag the positions by half a step. The forces are means over the steps since the previous sample.
     """
 
     times_s: np.ndarray
@@ -81,7 +81,7 @@ class History:
 
 
 def record(simulation: dem.Simulation, n_looks: int, every_steps: int = 1) -> History:
-    """Run for n_looks times every_steps steps and keep the state at the start and at every look."""
+    """Run n_looks times every_steps steps and store the state at the start and at every sample."""
     rows = []
     for look in range(n_looks + 1):
         if look:

@@ -1,12 +1,12 @@
-"""The virtual tests of a campaign, a package each; `registry` is the only list of them.
+"""The virtual tests of a campaign, one package each; `registry` is the only list of them.
 
-An experiment is a package with the schemas of its tables and with modules that have the names in MODULES. `declared` gives its
-settings, responses and cost; `simulate` runs it as a job; `measure` reads its results; `laboratory` reads the
-laboratory's own tests, where a soil file may hold such. All but `declared` are imported by name where they are needed, so that a
-change in one reruns only what it made.
+An experiment is a package with the schemas of its tables and with modules that define the names in MODULES. `declared` defines its
+settings, responses and cost; `simulate` runs it as a job; `measure` evaluates its results; `laboratory` reads laboratory tests, if
+a soil file may contain them. All modules except `declared` are imported by name where they are needed, so that a change in one
+module reruns only the rules that use it.
 """
 
-#: Module of an experiment -> names that it must have.
+#: Module of an experiment -> names that it must define.
 MODULES = {
     "declared": (
         *("NAME", "NOUNS", "RESPONSES", "LOAD", "COMPARED", "REDUCED", "MEASURED_FROM", "LABORATORY", "SEEDS", "Settings"),

@@ -1,4 +1,4 @@
-"""What the experiments of a campaign share: soil and engine of a design row, and the closed forms of their costs."""
+"""Shared by the experiments of a campaign: soil and engine of a design row, and closed forms for their costs."""
 
 import math
 from collections.abc import Callable
@@ -14,26 +14,26 @@ SOLID_FRACTION = 0.57
 
 
 def soil_of(row: dict) -> Soil:
-    """The virtual soil of a design row."""
+    """Return the virtual soil of a design row."""
     return Soil(**{key: row[key] for key in SOIL_KEYS if key in row})
 
 
 def engine_of(settings: dict) -> Engine:
-    """The engine settings of a simulation."""
+    """Return the engine settings of a simulation."""
     return Engine(**settings["engine"])
 
 
 def scale_m(config: dict, row: dict) -> float:
-    """Radius that the geometry is measured in: the grains' own, unless it keeps its size at material.radius_m."""
+    """Reference radius of the geometry: the grain radius, or material.radius_m if the geometry is fixed."""
     return row["radius_m"] if config["design"]["geometry"] == "scaled" else config["material"]["radius_m"]
 
 
 def sliding(material: dict, config: dict, wall_frictions: Callable[[dict, dict], tuple[float, float]]) -> dict:
-    """The material that is simulated for a point: where grains can only slide, rolling friction is twice the static one.
+    """Return the simulated material of a point: if grains can only slide, rolling friction is set to twice the static friction.
 
-    Friction turns a grain by at most mu_s F_n R at a contact, and a law that brakes spins (type A) stops whatever spin a torque
-    of mu_r F_n R can stop. Where mu_s < mu_r at all its contacts, a grain at rest never begins to spin, so simulations that differ
-    in nothing but such a mu_r are one to the last bit. Where mu_s = mu_r they are not: rounding decides then.
+    The frictional torque at a contact is at most mu_s F_n R, and a law that brakes spins (type A) stops any spin that a torque of
+    mu_r F_n R can stop. If mu_s < mu_r at all contacts, a grain at rest never starts to spin. Simulations that differ only in such
+    a mu_r are therefore bitwise identical. At mu_s = mu_r they are not, because of rounding.
     wall_frictions(material, config) : static and rolling friction of the walls.
     """
     static = material["static_friction"]
@@ -46,7 +46,7 @@ def sliding(material: dict, config: dict, wall_frictions: Callable[[dict, dict],
 
 
 def time_step_s(soil: Soil, engine: Engine) -> float:
-    """Time step in s of a test of this soil."""
+    """Time step in s of a test with this soil."""
     return stable_time_step(soil.sizes.smallest_m, soil.softened(engine.stiffness_reduction), engine.time_step_rayleigh_ratio)
 
 
@@ -56,7 +56,7 @@ def grain_volume_m3(soil: Soil) -> float:
 
 
 def loose_column_m(soil: Soil, n_grains: int, area_m2: float) -> float:
-    """Height in m of the lattice that n grains are dropped from over an area (see `dem.factory`)."""
+    """Height in m of the lattice of n grains over an area before they are dropped (see `dem.factory`)."""
     spacing = 2.0 * SPACING_RATIO * soil.sizes.largest_m
     return n_grains * spacing**3 / area_m2
 

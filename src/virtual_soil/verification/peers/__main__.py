@@ -12,7 +12,7 @@ FOLDER = Path("results/verification")
 
 
 def main() -> int:
-    """Exit status: 0 all checks hold, 1 one does not, 2 LIGGGHTS is missing or stopped."""
+    """Run all comparisons; exit status 0: all checks pass, 1: a check fails, 2: LIGGGHTS is missing or has stopped."""
     parser = argparse.ArgumentParser(prog="python -m virtual_soil.verification.peers", description=__doc__)
     parser.add_argument("--cores", type=int, default=2, help="processes at a time")
     parser.add_argument("--seeds", type=int, default=len(compare.SEEDS), help="runs of each kind, at least 2")

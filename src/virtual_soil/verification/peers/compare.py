@@ -1,8 +1,8 @@
-"""What is run in both programs, and what their values must have in common.
+"""Tests that are run in both programs, and criteria of their agreement.
 
-Where the definitions are equal (type C and epsd2) the two means must agree within two standard errors of their difference,
-sqrt(s1^2/n1 + s2^2/n2): heaps and shear bands are chaotic, so nothing but means over seeds can be compared, and two equal programs
-stay within that bound 19 times in 20. Where they are not equal (type A) the difference itself is the result.
+For equal definitions (type C and epsd2) the two means must agree within two standard errors of their difference,
+sqrt(s1^2/n1 + s2^2/n2). Heaps and shear bands are chaotic, so only means over seeds are compared; equal programs satisfy the bound
+with a probability of 95 %. For different definitions (type A) the difference itself is the result.
 """
 
 import math
@@ -25,10 +25,10 @@ GROUP = "Beside LIGGGHTS"
 SOURCE = "LIGGGHTS-PUBLIC 3.8.0"
 PEER = "liggghts"
 SEEDS = range(1, 9)
-#: The second rolling friction is twice the first, so that epsd2 has the torque that type A has with the first.
+#: The second rolling friction is twice the first: epsd2 with the second has the torque of type A with the first.
 STATIC_FRICTION, ROLLING_FRICTIONS = 0.5, (0.15, 0.3)
 
-#: The paper's base set, with frictions that make a heap high enough for its flank to be read.
+#: The paper's base set, with frictions that give a heap high enough to measure its flank.
 SOIL = Soil(
     radius_m=50e-6,
     density_kg_m3=3000.0,
@@ -46,7 +46,7 @@ HEAP = angle_of_repose.Setup(
     max_time_s=0.3,
     scale_radius_m=SOIL.radius_m,
 )
-#: G = 2.5 MPa: as soft as LIGGGHTS allows, all but a fifth.
+#: G = 2.5 MPa: a fifth above the minimum stiffness that LIGGGHTS allows.
 HEAP_ENGINE = Engine(stiffness_reduction=20.0, time_step_rayleigh_ratio=0.4)
 SHEAR = direct_shear.Setup(
     length_ratio=60.0,
@@ -70,7 +70,7 @@ UNITS = {"angle of repose": "deg", "filled height": "grain radii", "shear streng
 
 
 def heap_values(model: str, soil: Soil, seed: int, folder: Path) -> dict[str, float | str]:
-    """Angle of repose in degrees, and mean height of the grains in the filled tube in grain radii."""
+    """Simulate a heap: angle of repose in degrees, and mean height of the grains in the filled tube in grain radii."""
     if model == PEER:
         made = heap.run(folder, soil, HEAP, HEAP_ENGINE, seed)
     else:
@@ -81,7 +81,7 @@ def heap_values(model: str, soil: Soil, seed: int, folder: Path) -> dict[str, fl
 
 
 def shear_values(model: str, soil: Soil, seed: int, folder: Path) -> dict[str, float | str]:
-    """Plateau shear stress over the normal stress on the shear plane. LIGGGHTS shears the specimen that type C consolidated."""
+    """Plateau shear stress over normal stress on the shear plane. LIGGGHTS shears the specimen consolidated with type C."""
     engine = replace(SHEAR_ENGINE, rolling_model="type_c" if model == PEER else model)
     ours = direct_shear.run(soil, SHEAR, engine, seed)
     history = ours.history
@@ -94,14 +94,14 @@ def shear_values(model: str, soil: Soil, seed: int, folder: Path) -> dict[str, f
 
 
 def contact_values(model: str, sense: str, folder: Path) -> dict[str, float | str]:
-    """Radius in the rolling torque over the grain radius."""
+    """Lever arm of the rolling torque over the grain radius."""
     speed = contact.SENSES[sense]
     ratio = contact.peers(folder, speed) if model == PEER else contact.ours(model, speed)
     return {"radius in the rolling torque": ratio, "status": sense}
 
 
 def jobs(seeds) -> list[tuple]:
-    """(test, model, rolling friction, seed or sense) of every run, the longest first."""
+    """Return (test, model, rolling friction, seed or sense) of every run, the longest first."""
     models = (PEER, "type_c", "type_a")
     tests = [
         (test, model, mu_r, seed) for test in ("heap", "shear") for model in models for mu_r in ROLLING_FRICTIONS for seed in seeds
@@ -110,7 +110,7 @@ def jobs(seeds) -> list[tuple]:
 
 
 def run_job(job: tuple) -> list[dict]:
-    """Rows of one run: test, model, rolling_friction, seed, quantity, value, unit, status."""
+    """Execute one run and return its rows: test, model, rolling_friction, seed, quantity, value, unit, status."""
     test, model, mu_r, seed = job
     with tempfile.TemporaryDirectory(prefix="peers-") as name:
         folder = Path(name)
@@ -125,7 +125,7 @@ def run_job(job: tuple) -> list[dict]:
 
 
 def run_all(seeds=SEEDS, cores: int = 2) -> pd.DataFrame:
-    """One row per run and quantity."""
+    """Execute all runs; returns one row per run and quantity."""
     liggghts.require_installed()
     # Each process must load the kernels, not compile them: fresh and cached machine code may round differently.
     context = get_context("spawn")
@@ -136,7 +136,7 @@ def run_all(seeds=SEEDS, cores: int = 2) -> pd.DataFrame:
 
 
 def warm_up() -> None:
-    """Compile what the runs will need."""
+    """Compile the kernels for the runs."""
     for model in ("type_c", "type_a"):
         simulation = angle_of_repose.build(SOIL, HEAP, replace(HEAP_ENGINE, rolling_model=model), 1)
         simulation.advance(10)
@@ -151,12 +151,12 @@ def summary(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def standard_error(a: pd.Series, b: pd.Series) -> float:
-    """Of the difference of two means."""
+    """Standard error of the difference of two means."""
     return math.sqrt(a["sd"] ** 2 / a["n"] + b["sd"] ** 2 / b["n"])
 
 
 def checks(runs: pd.DataFrame) -> list[Check]:
-    """Contact, then heap and shear where the definitions are equal, then where they are not."""
+    """Return all checks: contact, then heap and shear with equal definitions, then with different ones."""
     table = summary(runs).set_index(["quantity", "model", "rolling_friction"])
     low, high = ROLLING_FRICTIONS
     found = contact_checks(runs)
@@ -168,7 +168,7 @@ def checks(runs: pd.DataFrame) -> list[Check]:
 
 
 def contact_checks(runs: pd.DataFrame) -> list[Check]:
-    """R / r of each law, against the closed form."""
+    """Check R / r of each law against the closed form."""
     exact = {
         (PEER, "opposite"): 0.5, (PEER, "same"): 0.0, ("type_c", "opposite"): 0.5, ("type_c", "same"): 0.0,
         ("type_a", "opposite"): 1.0, ("type_a", "same"): 1.0,
@@ -191,18 +191,18 @@ def contact_checks(runs: pd.DataFrame) -> list[Check]:
 
 
 def name_of(model: str) -> str:
-    """As the tables print it."""
+    """Name of a model in the printed tables."""
     return {PEER: "LIGGGHTS epsd2", "type_c": "type C", "type_a": "type A"}[model]
 
 
 def spread(a: pd.Series, b: pd.Series) -> str:
-    """Means, standard deviations and numbers of both, ours first."""
+    """Means, standard deviations and numbers of runs of both models, ours first."""
     each = " against ".join(f"{s['mean']:.3g} (SD {s['sd']:.2g}, n {s['n']:.0f})" for s in (a, b))
     return f"{each}; standard error of the difference {standard_error(a, b):.2g}"
 
 
 def equal_check(table: pd.DataFrame, quantity: str, mu_r: float) -> Check:
-    """Type C against epsd2 at the same numbers: the same law, so the same mean."""
+    """Check type C against epsd2 with equal coefficients: same law, so same mean."""
     ours, peer = table.loc[(quantity, "type_c", mu_r)], table.loc[(quantity, PEER, mu_r)]
     return Check(
         group=GROUP,
@@ -218,10 +218,10 @@ def equal_check(table: pd.DataFrame, quantity: str, mu_r: float) -> Check:
 
 
 def definition_checks(table: pd.DataFrame, quantity: str, low: float, high: float) -> list[Check]:
-    """Type A is stronger at the same number mu_r, and nearer to epsd2 with twice the number."""
+    """Check that type A is stronger at equal mu_r, and closer to epsd2 with twice its mu_r."""
     ours, same, doubled = table.loc[(quantity, "type_a", low)], table.loc[(quantity, PEER, low)], table.loc[(quantity, PEER, high)]
     gap, left = ours["mean"] - same["mean"], ours["mean"] - doubled["mean"]
-    # Type A's mean is in both gaps, so its error is not in their difference.
+    # Type A's mean enters both gaps, so its error cancels in their difference.
     closed_error = standard_error(same, doubled)
     case = f"type A, mu_r {low}, against epsd2"
     return [

@@ -1,8 +1,8 @@
-"""One rolling contact in both programs: two equal smooth grains meet head-on, spinning in the same or in opposite sense.
+"""One rolling contact in both programs: head-on impact of two equal smooth grains with equal or opposite spins.
 
-Without sliding friction (mu_s = 0) and dashpot (e = 1) only the rolling resistance turns the grains. The impulse of the normal
-force is m dv, so that the law's own radius R can be read off: |d omega| = 5/2 mu_r (R / r) dv / r, with R = R* = r/2 in epsd2 and
-type C where the spins differ, 0 where they are the same; R = r in type A for either.
+Without sliding friction (mu_s = 0) and dashpot (e = 1) only the rolling resistance changes the spins. The impulse of the normal
+force is m dv, so the law's lever arm R follows from |d omega| = 5/2 mu_r (R / r) dv / r. In epsd2 and type C, R = R* = r/2 if the
+spins differ, 0 if they are equal; in type A, R = r in both cases.
 """
 
 from pathlib import Path
@@ -15,15 +15,15 @@ from virtual_soil.verification.peers.liggghts import Liggghts, data_text, header
 RADIUS_M, DENSITY_KG_M3, POISSON_RATIO, SHEAR_MODULUS_PA = 50e-6, 3000.0, 0.2, 2.5e6
 ROLLING_FRICTION = 0.1
 SPEED_M_S, SPIN_RAD_S = 0.01, 2000.0
-#: Small enough for some 250 steps of contact.
+#: Time step with some 250 steps per contact.
 RAYLEIGH_RATIO = 0.02
 N_STEPS = 1000
-#: Sense of the second grain's spin against the first's.
+#: Sense of the second grain's spin relative to the first's.
 SENSES = {"opposite": -1.0, "same": 1.0}
 
 
 def start(sense: float):
-    """Positions, velocities and spins (2, 3) of two grains that are about to touch along x."""
+    """Initial positions, velocities and spins (2, 3) of two grains that approach each other along x."""
     positions = np.array([[-1.001, 0.0, 0.0], [1.001, 0.0, 0.0]]) * RADIUS_M
     velocities = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]) * SPEED_M_S
     spins = np.array([[0.0, 1.0, 0.0], [0.0, sense, 0.0]]) * SPIN_RAD_S
@@ -31,14 +31,14 @@ def start(sense: float):
 
 
 def radius_ratio(velocities_m_s, spins_rad_s) -> float:
-    """R / r of the law, from what the first grain's velocity and spin became."""
+    """R / r of the law, from the final velocity and spin of the first grain."""
     speed_change = abs(velocities_m_s[0, 0] - SPEED_M_S)
     spin_change = SPIN_RAD_S - spins_rad_s[0, 1]
     return float(spin_change * RADIUS_M / (2.5 * ROLLING_FRICTION * speed_change))
 
 
 def simulation(rolling_model: str) -> Simulation:
-    """Ours, without grains, gravity or walls."""
+    """Create a simulation in our engine, without grains, gravity or walls."""
     material = Material(density_kg_m3=DENSITY_KG_M3, poisson_ratio=POISSON_RATIO, shear_modulus_pa=SHEAR_MODULUS_PA)
     interaction = Interaction(restitution=1.0, static_friction=0.0, rolling_friction=ROLLING_FRICTION)
     return Simulation(

@@ -1,7 +1,7 @@
-"""The angle-of-repose test in LIGGGHTS: the same dropped grains, tube, plate with an edge, and protocol as `angle_of_repose`.
+"""The angle-of-repose test in LIGGGHTS: identical initial grains, tube, finite plate and protocol as in `angle_of_repose`.
 
-The start is our own state at time 0, before any two grains touch, so no contact history is lost: both programs fill, settle,
-lift and come to rest by themselves, and their packings are compared with their heaps.
+The initial state is that of our engine at time 0, before any contact, so no contact history is lost. Both programs fill, settle,
+lift and come to rest independently; packings and heaps are compared.
 """
 
 from pathlib import Path
@@ -23,14 +23,14 @@ from virtual_soil.verification.peers.liggghts import (
 )
 
 SKIN_RATIO = 0.2
-#: Steps between two looks at the grains.
+#: Sampling interval of the grains, in steps.
 LOOK_STEPS = 2000
 
 
 def input_lines(
     folder: Path, soil: Soil, setup: angle_of_repose.Setup, engine: Engine, start: Grains, time_step_s: float
 ) -> list[str]:
-    """Input of one heap up to the standing tube; writes the files that it names into the folder."""
+    """Return the input of one heap up to the filled tube; writes the files it refers to into the folder."""
     half, scale = setup.plate_half_width_ratio * setup.scale_radius_m, setup.scale_radius_m
     tube_top = float(start.positions_m[:, 2].max()) + 4.0 * scale
     box_top = tube_top + setup.lift_speed_m_s * setup.max_time_s + 4.0 * scale
@@ -65,13 +65,13 @@ def input_lines(
 
 
 def grains_of(peer: Liggghts) -> Grains:
-    """The grains as the open program has them."""
+    """Read the grains from the running program."""
     table = peer.dump("x y z vx vy vz omegax omegay omegaz radius")
     return Grains(table[:, 1:4], table[:, 4:7], table[:, 7:10], table[:, 10])
 
 
 def run(folder: Path, soil: Soil, setup: angle_of_repose.Setup, engine: Engine, seed: int) -> angle_of_repose.Heap:
-    """One heap made by LIGGGHTS, ended by the same rules as `angle_of_repose.run`. All grains have soil.radius_m."""
+    """Simulate one heap in LIGGGHTS with the stop criteria of `angle_of_repose.run`. All grains have soil.radius_m."""
     ours = angle_of_repose.build(soil, setup, engine, seed)
     start, dt, n, r = ours.grains, ours.time_step_s, setup.n_particles, soil.radius_m
     mass = soil.density_kg_m3 * 4.0 / 3.0 * np.pi * r**3

@@ -1,4 +1,4 @@
-"""LIGGGHTS, driven through its standard input: input-file text, meshes, one open program, and what it prints and dumps."""
+"""LIGGGHTS, controlled through its standard input: input text, meshes, one running program, its printed output and dumps."""
 
 import os
 import re
@@ -14,33 +14,33 @@ HOW_TO_INSTALL = "apt-get install liggghts"
 MODEL = "model hertz tangential history rolling_friction epsd2"
 LOOP_TIME = re.compile(r"Loop time of ([\d.e+-]+) on .*? for (\d+) steps with (\d+) atoms")
 
-#: LIGGGHTS refuses softer grains in SI units.
+#: Minimum Young's modulus in SI units that LIGGGHTS accepts.
 LEAST_YOUNG_MODULUS_PA = 5e6
 
 
 class PeerError(RuntimeError):
-    """The program is missing, stopped, or printed what cannot be read."""
+    """Error: the program is missing, has stopped, or printed unreadable output."""
 
 
 def require_installed() -> None:
-    """Raise PeerError, which says how to install it, unless the program is there."""
+    """Raise PeerError with instructions for its installation if the program is missing."""
     if shutil.which("liggghts") is None:
         raise PeerError(f"{NAME} is not installed; on Debian and Ubuntu: {HOW_TO_INSTALL}.")
 
 
 def version() -> str:
-    """As Debian's package says."""
+    """Version of the Debian package."""
     query = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "liggghts"], capture_output=True, text=True)
     return query.stdout or "unknown"
 
 
 def young_modulus(shear_modulus_pa: float, poisson_ratio: float) -> float:
-    """E = 2 G (1 + nu) in Pa."""
+    """Young's modulus E = 2 G (1 + nu) in Pa."""
     return 2.0 * shear_modulus_pa * (1.0 + poisson_ratio)
 
 
 def material_lines(shear_modulus_pa, poisson_ratio, restitution, static_friction, rolling_friction) -> list[str]:
-    """Lines that define the contact of n types of one elastic material.
+    """Return the lines that define the contacts of n types of one elastic material.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def material_lines(shear_modulus_pa, poisson_ratio, restitution, static_friction
 
 
 def header_lines(boundary: str, data: Path, skin_m: float) -> list[str]:
-    """Lines before the materials: units, box and grains."""
+    """Return the lines before the materials: units, box and grains."""
     return [
         "atom_style granular", "atom_modify map array", f"boundary {boundary}", "newton off", "communicate single vel yes",
         "units si", f"read_data {data}", f"neighbor {skin_m:.9g} bin", "neigh_modify delay 0",
@@ -79,12 +79,12 @@ def header_lines(boundary: str, data: Path, skin_m: float) -> list[str]:
 
 
 def data_text(title, box_m, n_types, positions_m, radii_m, densities_kg_m3, spins_rad_s=None, velocities_m_s=None, note="") -> str:
-    """Data file of n grains of type 1, as LIGGGHTS reads it; LAMMPS needs the note "  # sphere".
+    """Return a LIGGGHTS data file of n grains of type 1; LAMMPS needs the note "  # sphere".
 
     Parameters
     ----------
     box_m : (3, 2) low and high ends of the simulated box. positions_m : (n, 3). radii_m : (n,). densities_kg_m3 : (n,) or a number.
-    spins_rad_s, velocities_m_s : (n, 3), or None where nothing moves.
+    spins_rad_s, velocities_m_s : (n, 3), or None for grains at rest.
     """
     n = len(radii_m)
     lines = [title, "", f"{n} atoms", f"{n_types} atom types", ""]
@@ -110,7 +110,7 @@ def rectangle(corner_m, side_a_m, side_b_m) -> np.ndarray:
 
 
 def tube(radius_m: float, bottom_m: float, height_m: float, n_facets: int = 60) -> np.ndarray:
-    """Triangles (2 n_facets, 3, 3) of an open upright tube, none of which cuts into the round tube."""
+    """Triangles (2 n_facets, 3, 3) of an open upright tube, all outside the inscribed round tube."""
     angle = np.linspace(0, 2 * np.pi, n_facets + 1)
     outer = radius_m / np.cos(np.pi / n_facets)
     ring = np.column_stack([outer * np.cos(angle), outer * np.sin(angle), np.full_like(angle, bottom_m)])
@@ -119,7 +119,7 @@ def tube(radius_m: float, bottom_m: float, height_m: float, n_facets: int = 60) 
 
 
 def mesh_text(triangles_m: np.ndarray) -> str:
-    """ASCII STL of triangles (n, 3, 3)."""
+    """Format triangles (n, 3, 3) as ASCII STL."""
     lines = ["solid mesh"]
     for triangle in triangles_m:
         lines += ["facet normal 0 0 0", "outer loop"]
@@ -129,7 +129,7 @@ def mesh_text(triangles_m: np.ndarray) -> str:
 
 
 def last_thermo(lines: list[str]) -> dict[str, float]:
-    """Names and values of the last row of the last thermo table among printed lines."""
+    """Names and values of the last row of the last thermo table in the output."""
     header = max((k for k, line in enumerate(lines) if line.split()[:1] == ["Step"]), default=None)
     if header is None or header + 1 == len(lines):
         raise PeerError(f"{NAME} printed no thermo table:\n{''.join(lines[-20:])}")
@@ -138,14 +138,14 @@ def last_thermo(lines: list[str]) -> dict[str, float]:
 
 
 def read_dump(text: str) -> np.ndarray:
-    """Columns of the last frame of a custom dump (n, columns), in the order of the first column, the grains' id."""
+    """Read the columns of the last frame of a custom dump (n, columns), sorted by the first column, the grains' id."""
     rows = text.split("ITEM: ATOMS")[-1].splitlines()[1:]
     table = np.array([row.split() for row in rows], float).reshape(len(rows), -1)
     return table[np.argsort(table[:, 0])] if len(rows) else table
 
 
 class Liggghts:
-    """One open program in a folder of its own, which reads commands line by line; use it in a `with` statement."""
+    """Running program in its own folder that reads commands line by line; use it in a `with` statement."""
 
     def __init__(self, folder: Path, lines: list[str]):
         require_installed()
@@ -170,7 +170,7 @@ class Liggghts:
         self.process.communicate()
 
     def send(self, lines: list[str]) -> None:
-        """Give it commands."""
+        """Send commands to the program."""
         try:
             self.input.write("\n".join(lines) + "\n")
             self.input.flush()
@@ -178,7 +178,7 @@ class Liggghts:
             raise PeerError(f"{NAME} stopped:\n{self.output.read()[-2000:]}") from None
 
     def run(self, n_steps: int) -> dict[str, float]:
-        """Let it make so many steps; the last row of its thermo table."""
+        """Run a number of steps; returns the last row of the thermo table."""
         self.send([f"run {n_steps}"])
         seen = []
         for line in self.output:
@@ -188,7 +188,7 @@ class Liggghts:
         raise PeerError(f"{NAME} stopped:\n{''.join(seen[-20:])}")
 
     def dump(self, columns: str) -> np.ndarray:
-        """The grains as they are now: id, then the columns named, one row a grain."""
+        """Return the current grains: id and the named columns, one row per grain."""
         count = len(columns.split())
         self.send([f"dump now all custom 1 now.txt id {columns}", f'dump_modify now format "%d{" %.17g" * count}"'])
         self.run(0)

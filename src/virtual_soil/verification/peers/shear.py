@@ -1,12 +1,12 @@
-"""The direct shear test in LIGGGHTS, on the specimen that our engine has consolidated.
+"""The direct shear test in LIGGGHTS, on a specimen consolidated by our engine.
 
-`direct_shear` hands over the grains as they stand before shearing. LIGGGHTS builds its contact history anew while the lid presses
-for SETTLE_TIMES inertial times, then shears the same frames at the same speed. The plateau does not remember how the contacts
-began. The plates with their glued grains are built from plain fixes:
+`direct_shear` provides the grains before shearing. LIGGGHTS builds its own contact history while the lid loads the specimen for
+SETTLE_TIMES inertial times, then shears the same frames at the same speed. The plateau is independent of the initial contact
+history. The plates with their glued grains consist of standard fixes:
 
 - lower: meshes that move along x, and the grains glued to the floor, moved by `nve/noforce`;
 - lid: a mesh and its glued grains that share one vertical speed, m dv/dt = F_soil - load - c v, with our lid's mass and damping:
-  `aveforce` gives all glued grains the mean force, `move/mesh` lets the mesh follow. Sideways they are held by `setforce`.
+  `aveforce` applies the mean force to all glued grains, `move/mesh` moves the mesh with them. `setforce` fixes them horizontally.
 """
 
 import math
@@ -22,9 +22,9 @@ from virtual_soil.verification.peers.liggghts import MODEL, Liggghts, data_text,
 
 SKIN_RATIO = 0.2
 SETTLE_TIMES = 40.0
-#: Stands for the infinite mass of grains glued to the floor, over that of a free grain.
+#: Mass of grains glued to the floor over that of a free grain; represents infinite mass.
 HEAVY = 1e3
-#: What is averaged over each sample: force on the glued grains before it is replaced, force on the meshes, in N.
+#: Quantities averaged over each sample: force on the glued grains before `aveforce` or `setforce`, force on the meshes, in N.
 COLUMNS = {
     "floor_grains_x": "f_hold_floor[1]",
     "lid_grains_z": "f_press[3]",
@@ -33,7 +33,7 @@ COLUMNS = {
 
 
 class Specimen:
-    """A consolidated specimen with its grains in the order floor, lid, free; `top_m` is the lid's height."""
+    """Consolidated specimen with its grains in the order floor, lid, free; `top_m` is the lid's height."""
 
     def __init__(self, shear: direct_shear.Shear, setup: direct_shear.Setup):
         z, radii = shear.before.positions_m[:, 2], shear.before.radii_m
@@ -48,13 +48,13 @@ class Specimen:
 
 
 def meshes(specimen: Specimen, setup: direct_shear.Setup, ends_m: tuple[float, float]) -> dict[str, np.ndarray]:
-    """Triangles of the four meshes; the flanges reach to ends_m along x, floor and lid one box length is enough."""
+    """Triangles of the four meshes; the flanges extend to ends_m along x, floor and lid over one box length."""
     length, mid = setup.length_m, 0.5 * specimen.top_m
     reach = specimen.top_m + 2.0 * setup.scale_radius_m
     across = (0.0, setup.width_m, 0.0)
 
     def wall(x0, z0, x1, z1):
-        # NOTE: LIGGGHTS stops ("assertion failed") at some long triangles, so a wall is a row of near squares.
+        # NOTE: LIGGGHTS stops ("assertion failed") at some long triangles, so a wall is divided into near squares.
         along = np.array([x1 - x0, 0.0, z1 - z0])
         n = math.ceil(np.linalg.norm(along) / setup.width_m)
         return np.concatenate([rectangle((x0, 0.0, z0) + along * (k / n), along / n, across) for k in range(n)])
@@ -70,7 +70,7 @@ def meshes(specimen: Specimen, setup: direct_shear.Setup, ends_m: tuple[float, f
 def input_lines(
     folder: Path, soil: Soil, setup: direct_shear.Setup, engine: Engine, specimen: Specimen, time_step_s: float
 ) -> list[str]:
-    """Input up to the settled specimen under its lid; writes the files that it names into the folder."""
+    """Return the input up to the settled specimen under its lid; writes the files it refers to into the folder."""
     scale = setup.scale_radius_m
     room = (setup.displacement_ratio + 6.0) * scale
     ends = (-6.0 * scale, setup.length_m + room)
@@ -120,7 +120,7 @@ def input_lines(
 
 
 def shear_lines(speed_m_s: float, steps_per_sample: int) -> list[str]:
-    """Commands that set the lower frame going and record a sample every so many steps into samples.txt."""
+    """Return the commands that start the lower frame and record samples at a fixed interval of steps into samples.txt."""
     return [
         f"velocity glued_floor set {speed_m_s:.9g} 0.0 0.0 units box",
         f"fix floor_moves all move/mesh mesh floor linear {speed_m_s:.9g} 0.0 0.0",
@@ -130,7 +130,7 @@ def shear_lines(speed_m_s: float, steps_per_sample: int) -> list[str]:
 
 
 def read_samples(text: str) -> dict[str, np.ndarray]:
-    """Step and every entry of COLUMNS, (n samples,) each, from what `ave/time` wrote."""
+    """Read step and every entry of COLUMNS, (n samples,) each, from the output of `ave/time`."""
     rows = np.array([line.split() for line in text.splitlines() if line and not line.startswith("#")], float)
     return dict(zip(["step", *COLUMNS], rows.T, strict=True))
 
@@ -145,7 +145,7 @@ def history(samples: dict[str, np.ndarray], setup: direct_shear.Setup, specimen:
 
 
 def run(folder: Path, soil: Soil, setup: direct_shear.Setup, engine: Engine, ours: direct_shear.Shear, time_step_s: float) -> dict:
-    """Shear the specimen that `ours` started from; displacement and stresses, (n samples,) each, as in `Shear.history`.
+    """Shear the initial specimen of `ours`; displacement and stresses, (n samples,) each, as in `Shear.history`.
 
     Raises
     ------
@@ -157,7 +157,7 @@ def run(folder: Path, soil: Soil, setup: direct_shear.Setup, engine: Engine, our
     steps = max(1, math.ceil(distance / direct_shear.N_SAMPLES / speed / time_step_s))
     with Liggghts(folder, input_lines(folder, soil, setup, engine, specimen, time_step_s)) as peer:
         begin = peer.run(math.ceil(SETTLE_TIMES * direct_shear.inertial_time(soil, setup) / time_step_s))["Step"]
-        # `ave/time` samples at whole multiples of its period, so the count is set back to 0.
+        # `ave/time` samples at multiples of its period, so the step counter is reset to 0.
         peer.send(["reset_timestep 0", *shear_lines(speed, steps)])
         now = peer.run(steps * direct_shear.N_SAMPLES)
         if now["Atoms"] < len(specimen.radii_m):

@@ -1,6 +1,6 @@
-"""The angle-of-repose test in a campaign: what it is configured by, what it measures, what it costs.
+"""The angle-of-repose test in a campaign: settings, responses and cost.
 
-The test itself is `dem.experiments.angle_of_repose`; `simulate` runs it as a job, `measure` reads its heaps.
+The test itself is `dem.experiments.angle_of_repose`; `simulate` runs it as a job, `measure` evaluates its heaps.
 """
 
 import math
@@ -20,7 +20,7 @@ from virtual_soil.campaign.experiments.common import (
 from virtual_soil.campaign.settings import choice, setting
 
 NAME = "repose"
-#: Nouns for one and several of its simulations, and for what is prepared anew with every seed.
+#: Nouns for one simulation, for several, and for the samples that each seed prepares.
 NOUNS = ("heap", "heaps", "heaps")
 
 RESPONSES = (
@@ -34,13 +34,13 @@ RESPONSES = (
         sweep_form="log",
     ),
 )
-#: Column of the load that a simulation is made at; None where a point has one simulation per seed.
+#: Column of the load of a simulation; None if a point has one simulation per seed.
 LOAD = None
-#: Quantity by which the accelerated test is compared with the reference.
+#: Quantity for the comparison of the accelerated test with the reference.
 COMPARED = "angle_of_repose_deg"
-#: Tables that `measure.reduce` makes of the table of all runs.
+#: Tables that `measure.reduce` computes from the table of all runs.
 REDUCED: tuple[str, ...] = ()
-#: The stored table that `measure.measured` reads.
+#: Stored table from which `measure.measured` computes the responses.
 MEASURED_FROM = "after"
 
 #: Entry of a soil file that `laboratory` reads.
@@ -49,48 +49,48 @@ LABORATORY = "repose_csv"
 #: Default seeds of each stage.
 SEEDS = {"design": [1], "check": [1], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
 
-#: Free-fall times of the loose column until the filled grains are at rest.
+#: Time until the filled grains are at rest, in free-fall times of the loose column.
 FILL_FALL_TIMES = 2.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """Angle-of-repose test: a tube full of grains is lifted off a plate."""
+    """Angle-of-repose test: a tube filled with grains is lifted off a plate."""
 
     n_particles: int = setting("grains in the tube", 3000, minimum=50)
     tube_diameter_ratio: float = setting("inner diameter of the tube in grain diameters", 15.0, minimum=4)
     plate_half_width_ratio: float = setting(
         "half width of the square plate in grain radii", 80.0, above=0, note="grains that fall off its edge leave the simulation"
     )
-    wall_static_friction: float | None = setting("of tube and plate; null = as between grains", None, minimum=0)
-    wall_rolling_friction: float | None = setting("of tube and plate; null = as between grains", None, minimum=0)
+    wall_static_friction: float | None = setting("static friction of tube and plate; null = as between grains", None, minimum=0)
+    wall_rolling_friction: float | None = setting("rolling friction of tube and plate; null = as between grains", None, minimum=0)
     max_time_s: float = setting(
-        "simulated time after which an unsettled heap is measured as it is",
+        "simulated time after which a heap is measured even if it still moves",
         0.7,
         above=0,
-        note="the paper's; from the start of the lift; grows with the geometry, as the tube's way does",
+        note="the paper's; from the start of the lift; scales with the geometry, as the lift height does",
     )
     estimator: str = choice("which estimator gives angle_of_repose_deg", "profile", ("profile", "silhouette"))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fidelity:
-    """How faithfully heaps are simulated; the defaults are the campaign's."""
+    """Numerical fidelity of the heaps; the defaults are the campaign's."""
 
     repose_stiffness_reduction: float = setting(
-        "divisor of the grains' shear modulus in the angle-of-repose test, at material.radius_m; less where the geometry grows "
+        "divisor of the grains' shear modulus in the angle-of-repose test, at material.radius_m; smaller if the geometry grows "
         "with the grains",
         100.0,
         minimum=1,
-        note="The stress under a 1.5 mm column is about 26 Pa. G/100 keeps E*/p > 2e4: overlaps at rest are about (p/E*)^(2/3) = "
-        "0.1 % of r, impacts reach 2 to 3 % for an instant. Heaps of 500 um with G/100 and mu_s = 1.2 blew up while filling.",
+        note="The stress under a 1.5 mm column is about 26 Pa. With G/100, E*/p > 2e4: overlaps at rest are about (p/E*)^(2/3) = "
+        "0.1 % of r, 2 to 3 % during impacts. Heaps of 500 um with G/100 and mu_s = 1.2 became unstable during filling.",
     )
     repose_time_step_rayleigh_ratio: float = setting(
         "time step over Rayleigh time in the angle-of-repose test",
         0.4,
         above=0,
         maximum=0.5,
-        note="Heaps are the same from 0.1 to 0.4 T_R within the seeds' scatter.",
+        note="From 0.1 to 0.4 T_R the angle changes by less than the scatter between seeds.",
     )
     lift_speed_m_s: float = setting(
         "speed at which the tube is lifted", 5e-3, above=0, note="not accelerated: the angle depends strongly on it"
@@ -99,7 +99,7 @@ class Fidelity:
 
 #: Further settings of the check points.
 CHECK: dict[str, tuple] = {}
-#: The paper's own fidelity, as far as it differs.
+#: The paper's fidelity, where it differs.
 REFERENCE = {"repose_stiffness_reduction": 1.0, "repose_time_step_rayleigh_ratio": 0.2}
 
 
@@ -123,18 +123,18 @@ def wall_frictions(material: dict, config: dict) -> tuple[float, float]:
 
 
 def canonical(material: dict, config: dict) -> dict:
-    """The material that is simulated for a point: points with the same one share a simulation."""
+    """Return the simulated material of a point: points with the same material share a simulation."""
     return sliding(material, config, wall_frictions)
 
 
 def setup(config: dict, row: dict) -> dict:
-    """Keyword arguments of the test's Setup and of the engine, for one row of the design.
+    """Return keyword arguments of the test's Setup and of the engine for one row of the design.
 
-    The tube's way grows with the geometry, so the time limit does too; the column's stress grows as well, so grains are softened
-    in proportion less.
+    The lift height scales with the geometry, and so does the time limit. The stress under the column scales as well, so the
+    stiffness reduction decreases in proportion.
     """
     fidelity, protocol = config["fidelity"][row["fidelity"]], dict(config[NAME])
-    del protocol["estimator"]  # acts on the heap, not on its making
+    del protocol["estimator"]  # used by the measurement, not by the simulation
     scale = scale_m(config, row)
     grown = scale / config["material"]["radius_m"]
     protocol |= {
@@ -151,15 +151,16 @@ def setup(config: dict, row: dict) -> dict:
 
 
 def softening(reduction: float, grown: float) -> float:
-    """Stiffness reduction of a heap whose geometry is `grown` times the base's: in proportion less where it is larger.
+    """Stiffness reduction of a heap whose geometry is `grown` times the base's: inversely proportional to `grown` above 1.
 
-    E*/(rho g r) is then the same for all radii from the base's on. Never more than configured: 1 stays the grains' own stiffness.
+    E*/(rho g r) is then identical for all radii from the base radius on. The result is between 1 (the grains' own stiffness) and
+    `reduction`.
     """
     return max(1.0, reduction / max(1.0, grown))
 
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:
-    """Grains and expected steps: the column falls, then the tube rises past the filled height."""
+    """Return the number of grains and the expected steps: fall of the column, then lift of the tube over the filled height."""
     soil, engine = soil_of(row), engine_of(settings)
     test = angle_of_repose.Setup(**settings["setup"])
     area = math.pi * (test.tube_diameter_ratio * test.scale_radius_m) ** 2

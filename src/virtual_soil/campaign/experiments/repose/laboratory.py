@@ -1,4 +1,4 @@
-"""The laboratory's heaps, from a file of angles of repose."""
+"""Laboratory heaps: a file of measured angles of repose."""
 
 from pathlib import Path
 
@@ -7,12 +7,12 @@ import numpy as np
 from virtual_soil.calibration.errors import demand
 from virtual_soil.campaign.laboratory import readings, skipped
 
-#: Keys of the entry in a soil file.
+#: Allowed keys of the entry in a soil file.
 KEYS = frozenset({"file", "source", "columns", "decimal"})
 
 
 def read(soil: Path, entry) -> list[dict]:
-    """Angle of repose from several heaps: mean and its standard error."""
+    """Read the angle of repose of several heaps: mean and standard error."""
     found = readings(soil, "repose_csv", entry, KEYS, ("angle_of_repose",))
     angles = found.table["angle_of_repose_deg"].to_numpy()
     wrong = angles[(angles <= 0) | (angles >= 90)]

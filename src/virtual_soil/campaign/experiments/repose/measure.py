@@ -8,7 +8,7 @@ NOTHING = {"angle_profile_deg": None, "angle_silhouette_deg": None, "angle_azimu
 
 
 def measured(run: dict, grains: pd.DataFrame | None, settings: dict) -> dict:
-    """A run's row with its angles; a run without a heap to measure has none, one with nothing standing has 0.
+    """Return a run's row with its angles: missing for a failed run, 0 if no heap remains.
 
     settings : the experiment's section of the configuration.
     """
@@ -17,7 +17,7 @@ def measured(run: dict, grains: pd.DataFrame | None, settings: dict) -> dict:
 
 
 def angles(run: dict, grains: pd.DataFrame | None) -> dict:
-    """Angles and height of a heap by all estimators, and its status."""
+    """Return angles and height of a heap by all estimators, and its status."""
     if run["status"] == "failed" or grains is None:
         return dict.fromkeys(NOTHING)
     if run["status"] == "flat":
@@ -27,10 +27,10 @@ def angles(run: dict, grains: pd.DataFrame | None) -> dict:
 
 
 def reduce(table: str, runs: pd.DataFrame, settings: dict, by_seed: bool = False) -> pd.DataFrame:
-    """The runs themselves: each gives the response of its point and seed."""
+    """Return the runs unchanged: each run gives the response of its point and seed."""
     return runs
 
 
 def compared(runs: pd.DataFrame) -> pd.Series:
-    """Quantity by which the fidelities are compared: the angle of repose in degrees."""
+    """Quantity for the comparison of the fidelities: angle of repose in degrees."""
     return runs["angle_of_repose_deg"]

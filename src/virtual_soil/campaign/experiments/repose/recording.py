@@ -6,7 +6,7 @@ from virtual_soil.campaign.simulate import grain_table
 
 
 def frame_table(frames: list, simulation: str) -> dict[str, np.ndarray]:
-    """Grains and tube of all frames of a film as the columns of one table."""
+    """Return grains and tube of all frames of a film as columns of one table."""
     parts = []
     for number, frame in enumerate(frames):
         tube, n = frame.walls["tube"], len(frame.grains)

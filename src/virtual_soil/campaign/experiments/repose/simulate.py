@@ -13,22 +13,22 @@ HISTORY: tuple[str, ...] = ()
 
 
 def lifted(simulation, n_looks: int) -> float:
-    """Height of the tube's rim over that of the highest grain, whose top still sinks."""
+    """Height of the tube's rim over the current height of the highest grain: completed fraction of the lift."""
     top, rim = simulation.top_m, simulation.wall("tube").bottom_m
     return rim / top if top > rim else 1.0
 
 
-#: Stage of the test -> what is known of its end.
+#: Stage of the test -> its end, for the progress line.
 STAGES = {"fill": Stage(), "lift": Stage(done=lifted, then="tube is clear, until nothing moves, ")}
 
 
 def run(soil, setup: dict, engine, seed: int, **callbacks):
-    """Run the test, or what is left of it; arguments as of `dem.experiments.angle_of_repose.run`."""
+    """Run or resume the test; arguments as in `dem.experiments.angle_of_repose.run`."""
     return angle_of_repose.run(soil, angle_of_repose.Setup(**setup), engine, seed, **callbacks)
 
 
 def row_of(heap, settings: dict) -> dict:
-    """What the table of runs says of a heap; of a failed one (None) that it failed."""
+    """Return the row of the run table for a heap, or for a failed test (None)."""
     if heap is None:
         found = {"status": "failed", "n_steps": 0, "n_lost": 0, **dict.fromkeys(MEASURED, math.nan)}
     else:

@@ -1,7 +1,7 @@
-"""The direct-shear test in a campaign: what it is configured by, what it measures, what it costs.
+"""The direct-shear test in a campaign: settings, responses and cost.
 
-The test itself is `dem.experiments.direct_shear`; `simulate` runs it as a job, `measure` reads its curves, `mohr_coulomb` fits the
-strength line through the tests of a point.
+The test itself is `dem.experiments.direct_shear`; `simulate` runs it as a job, `measure` evaluates its curves, `mohr_coulomb` fits
+the strength line through the tests of a point.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from virtual_soil.campaign.experiments.common import engine_of, grain_volume_m3,
 from virtual_soil.campaign.settings import choice, setting
 
 NAME = "shear"
-#: Nouns for one and several of its simulations, and for what is prepared anew with every seed.
+#: Nouns for one simulation, for several, and for the samples that each seed prepares.
 NOUNS = ("shear test", "shear tests", "specimens")
 
 RESPONSES = (
@@ -24,7 +24,7 @@ RESPONSES = (
         table="strength",
         error_column="cohesion_se_pa",
         signed=True,
-        smallest_scale=10.0,  # dry sand has none, and shear tests do not tell a few Pa from zero
+        smallest_scale=10.0,  # dry sand has no cohesion, and shear tests cannot resolve a few Pa
     ),
     Response(
         name="friction_angle",
@@ -36,13 +36,13 @@ RESPONSES = (
         maximum=90.0,
     ),
 )
-#: Column of the load that a simulation is made at.
+#: Column of the load of a simulation.
 LOAD = "normal_stress_pa"
-#: Quantity by which the accelerated test is compared with the reference.
+#: Quantity for the comparison of the accelerated test with the reference.
 COMPARED = "shear_stress_ratio"
-#: Tables that `measure.reduce` makes of the table of all runs.
+#: Tables that `measure.reduce` computes from the table of all runs.
 REDUCED = ("strength",)
-#: The stored table that `measure.measured` reads.
+#: Stored table from which `measure.measured` computes the responses.
 MEASURED_FROM = "history"
 
 #: Entry of a soil file that `laboratory` reads.
@@ -51,7 +51,7 @@ LABORATORY = "direct_shear_csv"
 #: Default seeds of each stage.
 SEEDS = {"design": [1, 2], "check": [1, 2], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
 
-#: Inertial times, and smallest number of steps, until the lid stands still.
+#: Duration of the consolidation: inertial times, and minimum number of steps.
 CONSOLIDATION_TIMES, CONSOLIDATION_STEPS = 40.0, 5500
 
 
@@ -67,34 +67,34 @@ class Settings:
     )
     displacement_ratio: float = setting("displacement of the lower frame in grain radii", 9.0, above=0)
     frame_static_friction: float = setting(
-        "of the side walls against grains", 0.0, minimum=0, note="smooth, or they carry the lid's load as in a silo"
+        "static friction of the side walls", 0.0, minimum=0, note="smooth: rough walls would carry the lid's load, as in a silo"
     )
     preparation_friction_ratio: float = setting(
         "factor on the grains' friction while the specimen is prepared",
         0.3,
         minimum=0,
         maximum=1,
-        note="Tamped rather than poured (1 = poured). Rough grains that roll badly otherwise stand as a house of cards (solid "
-        "fraction 0.41) that collapses under the lid before it shears.",
+        note="Below 1 the specimen is tamped, at 1 poured. Poured grains with high sliding and rolling friction form a loose "
+        "structure (solid fraction 0.41) that collapses under the lid before it shears.",
     )
-    strength: str = choice("which strength enters the Mohr-Coulomb line", "plateau", ("peak", "plateau"))
+    strength: str = choice("strength used for the Mohr-Coulomb line", "plateau", ("peak", "plateau"))
     normal_stress: str = choice(
-        "which normal stress enters the Mohr-Coulomb line",
+        "normal stress used for the Mohr-Coulomb line",
         "plane",
         ("plane", "applied"),
-        note="plane: as measured on the shear plane; applied: as put on the lid",
+        note="plane: measured on the shear plane; applied: load on the lid",
     )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fidelity:
-    """How faithfully shear tests are simulated; the defaults are the campaign's."""
+    """Numerical fidelity of the shear tests; the defaults are the campaign's."""
 
     shear_stiffness_number: float | None = setting(
-        "E*/p of the softened grains in the shear test; null leaves them as stiff as they are",
+        "E*/p of the softened grains in the shear test; null: no softening",
         5000.0,
         above=0,
-        note="p: on the shear plane. The same at every stress: mean overlaps of about 1 % of r.",
+        note="p: stress on the shear plane. Identical at every stress; mean overlaps are about 1 % of r.",
     )
     shear_time_step_rayleigh_ratio: float = setting(
         "time step over Rayleigh time in the shear test",
@@ -102,14 +102,14 @@ class Fidelity:
         above=0,
         maximum=0.5,
         note="Sheared specimens of very rough grains (mu_s = 1.7) overlap by several percent, which stiffens their contacts: at "
-        "0.4 T_R some blow up, at 0.3 none does.",
+        "0.4 T_R some become unstable, at 0.3 T_R none.",
     )
     shear_inertial_number: float = setting(
-        "inertial number of the shear band, sets the shear speed",
+        "inertial number of the shear band; determines the shear speed",
         5e-3,
         above=0,
         maximum=0.1,
-        note="I = (U/h) d sqrt(rho/p), h = 10 d: below 1e-2 the strength changes by less than the seeds' scatter.",
+        note="I = (U/h) d sqrt(rho/p), h = 10 d: below 1e-2 the strength changes by less than the scatter between seeds.",
     )
 
 
@@ -120,7 +120,7 @@ CHECK = {
         setting("stresses on the lid at the check points", [500.0], above=0, of={"minItems": 1, "uniqueItems": True}),
     )
 }
-#: The paper's own fidelity, as far as it differs.
+#: The paper's fidelity, where it differs.
 REFERENCE = {"shear_stiffness_number": None, "shear_time_step_rayleigh_ratio": 0.2, "shear_inertial_number": 2e-3}
 
 
@@ -140,14 +140,14 @@ def wall_frictions(material: dict, config: dict) -> tuple[float, float]:
 
 
 def canonical(material: dict, config: dict) -> dict:
-    """The material that is simulated for a point: points with the same one share a simulation."""
+    """Return the simulated material of a point: points with the same material share a simulation."""
     return sliding(material, config, wall_frictions)
 
 
 def setup(config: dict, row: dict) -> dict:
-    """Keyword arguments of the test's Setup and of the engine, for one row of the design."""
+    """Return keyword arguments of the test's Setup and of the engine for one row of the design."""
     fidelity, protocol = config["fidelity"][row["fidelity"]], dict(config[NAME])
-    for key in ("normal_stresses_pa", "strength", "normal_stress"):  # these act on the design and on the results
+    for key in ("normal_stresses_pa", "strength", "normal_stress"):  # used by the design and by the measurement
         del protocol[key]
     protocol |= {
         "scale_radius_m": scale_m(config, row),
@@ -164,7 +164,7 @@ def setup(config: dict, row: dict) -> dict:
 
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:
-    """Grains and expected steps: the lid comes to rest, then the lower frame moves its displacement."""
+    """Return the number of grains and the expected steps: consolidation, then displacement of the lower frame."""
     soil, step = soil_of(row), time_step_s(soil_of(row), engine_of(settings))
     test = direct_shear.Setup(**settings["setup"])
     height = test.height_ratio * test.scale_radius_m

@@ -1,4 +1,4 @@
-"""The laboratory's direct-shear tests, from a file of force against displacement at several loads."""
+"""Laboratory direct-shear tests: a file of force against displacement at several loads."""
 
 from pathlib import Path
 from typing import cast
@@ -9,16 +9,16 @@ from virtual_soil.calibration.errors import CalibrationError, demand
 from virtual_soil.campaign.experiments.shear.mohr_coulomb import StrengthLine, fit_line
 from virtual_soil.campaign.laboratory import is_number, readings, skipped
 
-#: Keys of the entry in a soil file.
+#: Allowed keys of the entry in a soil file.
 KEYS = frozenset({"file", "shear_area_m2", "strength", "source", "columns", "decimal"})
-#: Stresses in a shear box; beyond them a unit or a sign is wrong.
+#: Plausible stresses in a shear box; outside this range a unit or a sign is wrong.
 STRESSES_PA = (1e-3, 1e9)
-#: The plateau of a laboratory shear curve is the mean over this last fraction of its displacement.
+#: Last fraction of the displacement, over which the plateau of a laboratory curve is averaged.
 PLATEAU_FRACTION = 0.2
 
 
 def read(soil: Path, entry) -> list[dict]:
-    """Cohesion and friction angle from force against displacement at several loads."""
+    """Read force against displacement at several loads and determine cohesion and friction angle."""
     found = readings(soil, "direct_shear_csv", entry, KEYS, ("test", "normal_stress", "displacement", "force"))
     area, kind = entry.get("shear_area_m2"), entry.get("strength", "peak")
     demand(is_number(area) and area > 0, f"{soil}: direct_shear_csv.shear_area_m2", area, "a positive number")
@@ -53,7 +53,7 @@ def read(soil: Path, entry) -> list[dict]:
 
 
 def strength_line(box: Path, stresses: np.ndarray, strengths: np.ndarray) -> StrengthLine:
-    """The Mohr-Coulomb line of a file's tests; refused where they do not determine one."""
+    """Fit the Mohr-Coulomb line to a file's tests; raises CalibrationError if they do not determine it."""
     try:
         with np.errstate(all="ignore"):
             line = fit_line(stresses, strengths)

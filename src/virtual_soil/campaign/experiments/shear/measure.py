@@ -7,13 +7,13 @@ import pandas as pd
 from dem.measure.shear import strength
 from virtual_soil.campaign.experiments.shear.mohr_coulomb import strength_table
 
-#: The plateau is the mean over this last fraction of the displacement.
+#: Last fraction of the displacement, over which the plateau is averaged.
 PLATEAU_WINDOW = 0.3
 STRENGTHS = ("peak_shear_stress_pa", "plateau_shear_stress_pa", "plane_normal_stress_pa", "peak_plane_normal_stress_pa")
 
 
 def measured(run: dict, history: pd.DataFrame | None, settings: dict) -> dict:
-    """A run's row with its strengths and its dilation; a failed run has none.
+    """Return a run's row with its strengths and its dilation, missing for a failed run.
 
     settings : the experiment's section of the configuration.
     """
@@ -26,10 +26,10 @@ def measured(run: dict, history: pd.DataFrame | None, settings: dict) -> dict:
 
 
 def reduce(table: str, runs: pd.DataFrame, settings: dict, by_seed: bool = False) -> pd.DataFrame:
-    """The strength line of every point and fidelity; by_seed: of every seed of these."""
+    """Fit the strength line of every point and fidelity (and seed, if by_seed)."""
     return strength_table(runs, settings["strength"], settings["normal_stress"], by_seed)
 
 
 def compared(runs: pd.DataFrame) -> pd.Series:
-    """Quantity by which the fidelities are compared: shear over normal stress on the shear plane, over the plateau."""
+    """Quantity for the comparison of the fidelities: shear stress over normal stress on the shear plane, at the plateau."""
     return runs["plateau_shear_stress_pa"] / runs["plane_normal_stress_pa"]

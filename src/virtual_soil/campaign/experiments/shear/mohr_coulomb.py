@@ -1,7 +1,7 @@
 """Mohr-Coulomb line tau_max = c + p tan(phi) (Equation 1): weighted linear regression with standard errors.
 
-Shear strengths scatter in proportion to themselves, so the points are weighted by 1/tau^2: otherwise the highest stresses would
-decide the intercept, which is the cohesion.
+The scatter of shear strengths is proportional to the strength, so the points are weighted by 1/tau^2. Otherwise the highest
+stresses would dominate the intercept, i.e. the cohesion.
 """
 
 from dataclasses import dataclass
@@ -12,10 +12,10 @@ import pandas as pd
 from virtual_soil.calibration.errors import demand
 from virtual_soil.campaign.experiments.common import SOIL_KEYS
 
-#: Fewer distinct normal stresses do not make a line with an error.
+#: Minimum number of distinct normal stresses for a line with a standard error.
 LEAST_STRESSES = 3
 
-#: strength and normal stress that a configuration names -> columns of the shear table
+#: Configured strength and normal stress -> columns of the shear table.
 COLUMNS = {
     ("peak", "plane"): ("peak_shear_stress_pa", "peak_plane_normal_stress_pa"),
     ("plateau", "plane"): ("plateau_shear_stress_pa", "plane_normal_stress_pa"),
@@ -28,8 +28,8 @@ COLUMNS = {
 class StrengthLine:
     """Cohesion (Pa), friction angle (deg), their standard errors, R^2 of the weighted line, number of tests.
 
-    relative_scatter: standard deviation of the strengths about the line, over themselves; both standard errors are proportional
-    to it.
+    relative_scatter: standard deviation of the strengths about the line, relative to the strength; both standard errors are
+    proportional to it.
     """
 
     cohesion_pa: float
@@ -42,9 +42,9 @@ class StrengthLine:
 
 
 def fit_line(normal_stress_pa: np.ndarray, shear_strength_pa: np.ndarray) -> StrengthLine:
-    """Weighted regression of n shear strengths on their normal stresses, arrays (n,).
+    """Fit n shear strengths to their normal stresses, arrays (n,), by weighted regression.
 
-    Raises CalibrationError for fewer than three distinct stresses, or for values that are not finite.
+    Raises CalibrationError for fewer than three distinct stresses or for values that are not finite.
     """
     p, tau = np.asarray(normal_stress_pa, float), np.asarray(shear_strength_pa, float)
     demand(bool(np.isfinite(p).all() and np.isfinite(tau).all()), "strengths", "not all finite", "finite stresses in Pa")
@@ -70,9 +70,9 @@ def fit_line(normal_stress_pa: np.ndarray, shear_strength_pa: np.ndarray) -> Str
 
 
 def strength_table(shear: pd.DataFrame, strength: str, normal_stress: str, by_seed: bool = False) -> pd.DataFrame:
-    """One row per design point and fidelity (and seed, if by_seed): its material values and its strength line.
+    """Return one row per design point and fidelity (and seed, if by_seed) with its material values and its strength line.
 
-    Failed simulations do not count; points with fewer than three distinct applied stresses left are not in the table.
+    Failed simulations are ignored; points with fewer than three distinct applied stresses left are omitted.
     strength is "peak" or "plateau"; normal_stress "plane" or "applied".
     """
     keys = ["point_id", "fidelity", *(["seed"] if by_seed else [])]

@@ -30,21 +30,21 @@ HISTORY = (
 
 
 def sheared(simulation, n_looks: int) -> float:
-    """Share of the samples that are taken."""
+    """Fraction of the samples that have been recorded."""
     return n_looks / direct_shear.N_SAMPLES
 
 
-#: Stage of the test -> what is known of its end.
+#: Stage of the test -> its end, for the progress line.
 STAGES = {"consolidate": Stage(), "shear": Stage(done=sheared, exact=True)}
 
 
 def run(soil, setup: dict, engine, seed: int, **callbacks):
-    """Run the test, or what is left of it; arguments as of `dem.experiments.direct_shear.run`."""
+    """Run or resume the test; arguments as in `dem.experiments.direct_shear.run`."""
     return direct_shear.run(soil, direct_shear.Setup(**setup), engine, seed, **callbacks)
 
 
 def row_of(test, settings: dict) -> dict:
-    """What the table of runs says of a test; of a failed one (None) that it failed."""
+    """Return the row of the run table for a test, or for a failed test (None)."""
     if test is None:
         found = {"status": "failed", **dict.fromkeys(RUN_KEYS, math.nan), "n_particles": 0, "n_steps": 0}
     else:
