@@ -18,7 +18,7 @@ from importlib.metadata import version
 import numpy as np
 from peers import Lammps, Liggghts
 
-from dem import Simulation, compiled
+from dem import Simulation
 from dem.experiments import angle_of_repose
 from dem.experiments.soil import Engine, Soil
 
@@ -78,8 +78,7 @@ def lifted(simulation: Simulation, states) -> dict[str, Simulation]:
 def plain_twin(simulation: Simulation) -> Simulation:
     """Copy a simulation, to continue from the same state in plain numba."""
     twin = copy.deepcopy(simulation)
-    compiled.ensure(vector_code=False, periodic=False)
-    twin._runner.access = twin._runner.access._replace(vector=None)
+    twin._options = twin._options._replace(vector_code=False)
     twin.advance(WARM_UP_STEPS)
     return twin
 

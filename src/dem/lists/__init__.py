@@ -1,1 +1,1 @@
-"""Candidates for contact: cell grid, outer lists, and the contact blocks pruned from them."""
+"""Who can touch whom: cell grid, outer lists, and the contact blocks pruned from them."""

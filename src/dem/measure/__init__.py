@@ -1,1 +1,1 @@
-"""Measurements on a finished simulation: the heap's angle and height, the sheared soil's strength."""
+"""What a finished simulation is worth as a measurement: the heap's angle and height, the sheared soil's strength."""

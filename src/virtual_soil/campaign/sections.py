@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from dem.contact.model import DAMPING_MODELS, ROLLING
 from virtual_soil.campaign.experiments.registry import EXPERIMENTS, RESPONSES
 from virtual_soil.campaign.settings import NAMES, choice, make, section, setting
 
@@ -160,11 +159,11 @@ class Fidelity:
 class Engine:
     """Numerical settings common to all experiments; the names are those of `dem.Simulation`."""
 
-    rolling_model: str = choice("type_a: EDEM's; type_c: elastic-plastic", "type_a", ROLLING)
+    rolling_model: str = choice("type_a: EDEM's; type_c: elastic-plastic", "type_a", ("type_a", "type_c"))
     damping_model: str = choice(
         "edem: the contact force may become attractive during rebound; no_pull: it never does; both have restitution e",
         "edem",
-        DAMPING_MODELS,
+        ("edem", "no_pull"),
     )
     precision: str = choice(
         "precision of the contact arithmetic",
