@@ -6,6 +6,7 @@ from typing import cast
 import numpy as np
 
 from virtual_soil.calibration.errors import CalibrationError, demand
+from virtual_soil.campaign.experiments.shear.definitions import PLATEAU_WINDOW
 from virtual_soil.campaign.experiments.shear.mohr_coulomb import StrengthLine, fit_line
 from virtual_soil.campaign.laboratory import is_number, readings, skipped
 
@@ -13,8 +14,6 @@ from virtual_soil.campaign.laboratory import is_number, readings, skipped
 KEYS = frozenset({"file", "shear_area_m2", "strength", "source", "columns", "decimal"})
 #: Plausible stresses in a shear box; outside this range a unit or a sign is wrong.
 STRESSES_PA = (1e-3, 1e9)
-#: Last fraction of the displacement, over which the plateau of a laboratory curve is averaged.
-PLATEAU_FRACTION = 0.2
 
 
 def read(soil: Path, entry) -> list[dict]:
@@ -26,7 +25,7 @@ def read(soil: Path, entry) -> list[dict]:
     box, stresses, strengths = soil.parent / entry["file"], [], []
     for name, test in found.table.groupby("test", sort=False):
         begin, end = test["displacement_m"].min(), test["displacement_m"].max()
-        chosen = test if kind == "peak" else test[test["displacement_m"] >= end - PLATEAU_FRACTION * (end - begin)]
+        chosen = test if kind == "peak" else test[test["displacement_m"] >= end - PLATEAU_WINDOW * (end - begin)]
         with np.errstate(over="ignore"):
             strength = float(chosen["force_n"].max() if kind == "peak" else chosen["force_n"].mean()) / area
             stress = float(test["normal_stress_pa"].mean())

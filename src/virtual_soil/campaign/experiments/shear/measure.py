@@ -5,10 +5,9 @@ import math
 import pandas as pd
 
 from dem.measure.shear import strength
+from virtual_soil.campaign.experiments.shear.definitions import PLATEAU_WINDOW
 from virtual_soil.campaign.experiments.shear.mohr_coulomb import strength_table
 
-#: Last fraction of the displacement, over which the plateau is averaged.
-PLATEAU_WINDOW = 0.3
 STRENGTHS = ("peak_shear_stress_pa", "plateau_shear_stress_pa", "plane_normal_stress_pa", "peak_plane_normal_stress_pa")
 
 
