@@ -1,4 +1,4 @@
-# Shared by all rule files: the checked configuration, the design, batches of simulations, fingerprints of the code.
+# Shared by the other rules: the checked configuration, the design, batches of simulations, fingerprints of the code.
 import functools
 
 from snakemake.exceptions import WorkflowError
@@ -64,7 +64,7 @@ LAST = f"{RESULTS}/rounds/{ROUNDS}"
 # Folders of the later stages' tables, below the results.
 LATER_STAGES = later_stages(ROUNDS)
 
-# The engine's fingerprint is part of a simulation's identity. Every rule has the parameter `code`: the fingerprint of its script and
+# The engine's fingerprint is part of a simulation's identity. Every rule has the parameter `code`, the fingerprint of its script and
 # of all modules that the script imports. Snakemake itself compares only the script's modification time (profiles/default disables
 # that).
 CODE = Code(Path(workflow.basedir))
