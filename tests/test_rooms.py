@@ -11,7 +11,7 @@ FOLDERS = ("src", "workflow/scripts")
 LEFT_OUT = ("src/virtual_soil/verification", "src/virtual_soil/calibration/paper")
 #: Kind -> its names, and the number of files that may have one as a string of their own.
 NAMES = {
-    "experiments": ({"repose", "shear"}, 8),
+    "experiments": ({"repose", "shear"}, 7),
     "responses": (
         {"cohesion", "cohesion_pa", "friction_angle", "friction_angle_deg", "angle_of_repose", "angle_of_repose_deg"},
         9,
