@@ -27,6 +27,7 @@ WRITTEN = {
     f"{CAMPAIGN}/density/schemas/density.yaml": (
         "includes: [design, density_run]\ncolumns:\n  wall_time_s: {type: number, meaning: wall time}\n"
     ),
+    "src/virtual_soil/report/captions/loose_density.rst": "Loose density over static friction.\n",
     f"{CAMPAIGN}/density/schemas/density_history.yaml": "columns:\n  simulation: {type: string, meaning: simulation_id}\n",
 }
 GENERATED = {"config/config.yaml", "config/schema.yaml", "docs/configuration.md"}
@@ -40,7 +41,7 @@ STUDY = {
         "grid": {"static_friction": [0.2, 0.5, 0.9], "rolling_friction": [0.05, 0.1, 0.2]},
         "sweep": {"radius_m": [25e-6, 50e-6, 100e-6, 200e-6]},
         "sweep_couples": [{"static_friction": 0.5, "rolling_friction": 0.1}],
-        **{f"{name}_seeds": [1] for name in TESTS},
+        **{f"{name}_seeds": [1, 2] if name == "repose" else [1] for name in TESTS},
     },
     "screening": {"base_seeds": [1, 2], "changed_seeds": [1], "changes": {"density_kg_m3": 4000.0}, "response": "loose_density"},
     "fidelity": {"campaign": {"lift_speed_m_s": 2e-2}, "check": {"couples": []}},

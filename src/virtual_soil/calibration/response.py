@@ -36,6 +36,11 @@ class Response:
     sweep_form: str = "quadratic"
 
     @property
+    def suffix(self) -> str:
+        """The unit as it ends the names of columns: deg of angle_of_repose_deg."""
+        return self.column.removeprefix(f"{self.name}_")
+
+    @property
     def words(self) -> str:
         """The name as words."""
         return self.name.replace("_", " ")

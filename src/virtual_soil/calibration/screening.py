@@ -62,7 +62,7 @@ def summary(response: Response, runs: np.ndarray) -> dict:
     """Mean, standard deviation and number of runs."""
     mean = float(runs.mean()) if len(runs) else np.nan
     sd = float(runs.std(ddof=1)) if len(runs) > 1 else np.nan
-    return {response.column: mean, f"sd_{response.unit.lower()}": sd, "n_runs": len(runs)}
+    return {response.column: mean, f"sd_{response.suffix}": sd, "n_runs": len(runs)}
 
 
 def compared(response: Response, base: np.ndarray, runs: np.ndarray, relative_change: float, pooled: float) -> dict:
@@ -72,10 +72,9 @@ def compared(response: Response, base: np.ndarray, runs: np.ndarray, relative_ch
         difference = float(runs.mean() - base.mean())
         error = float(pooled * np.sqrt(1.0 / len(base) + 1.0 / len(runs)))
         sensitivity = 100.0 * abs(difference / base.mean()) / relative_change if base.mean() > 0 else np.nan
-    unit = response.unit.lower()
     return {
         "sensitivity_percent": sensitivity,
-        f"difference_{unit}": difference,
-        f"difference_se_{unit}": error,
+        f"difference_{response.suffix}": difference,
+        f"difference_se_{response.suffix}": error,
         "exceeds_noise": bool(abs(difference) > NOISE_LIMIT * error),
     }

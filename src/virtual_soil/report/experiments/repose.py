@@ -137,6 +137,8 @@ def title(frame, _row: dict, settings: dict) -> str:
 
 def screening_remarks(study: Study) -> list[str]:
     """Heaps that differ from EDEM's, and the effect of the radius on the lift."""
+    if ANGLE not in study.tables["screening"]:
+        return []
     table, difference = study.tables["screening"], "{}: our heap is {:+.1f}° from EDEM's, more than {}°."
     differences = dict(zip(table["parameter"], table[ANGLE] - table["paper_angle_deg"], strict=True))
     far = {name: value for name, value in differences.items() if abs(value) > EDEM_TOLERANCE_DEG}

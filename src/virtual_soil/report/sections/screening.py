@@ -42,7 +42,7 @@ def screening_table(table: pd.DataFrame) -> pd.DataFrame:
         {
             "parameter": table["parameter"],
             "changed to": ["base set" if pd.isna(v) else f"{v:g}" for v in table["changed_value"]],
-            header(response): [with_error(v, sd, 2) for v, sd in zip(ours, table["sd_deg"], strict=True)],
+            header(response): [with_error(v, sd, 2) for v, sd in zip(ours, table[f"sd_{response.suffix}"], strict=True)],
             "runs": table["n_runs"],
             f"paper's {header(response)}": [with_error(v, sd, 2) for v, sd in zip(theirs, table["paper_sd_deg"], strict=True)],
             f"ours − paper ({printed_unit(response)})": [number(v, 2) for v in ours - theirs],
