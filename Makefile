@@ -8,7 +8,7 @@ REFERENCE := soil repose shear strength screening reachability calibration itera
 	identifiability verification sensitivity coverage
 
 # packages that `make docs` documents
-API := dem dem.experiments dem.measure dem.contact dem.ledger virtual_soil
+API := dem dem.experiments dem.measure dem.contact dem.ledger virtual_soil.calibration virtual_soil.exports
 
 .DEFAULT_GOAL := campaign
 

@@ -61,7 +61,7 @@ def test_a_missing_program_is_named_with_how_to_install_it(monkeypatch):
 def test_the_command_refuses_in_one_sentence_where_the_program_is_missing(tmp_path):
     environment = os.environ | {"PATH": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
     ended = subprocess.run(
-        [sys.executable, "-m", "verification.peers"], cwd=tmp_path, env=environment, capture_output=True, text=True
+        [sys.executable, "-m", "virtual_soil.verification.peers"], cwd=tmp_path, env=environment, capture_output=True, text=True
     )
     assert ended.returncode == 2
     assert ended.stderr.strip() == "LIGGGHTS is not installed; on Debian and Ubuntu: apt-get install liggghts."

@@ -6,9 +6,9 @@ import pandas as pd
 import pytest
 
 from virtual_soil.campaign.code import ROOT
-from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.campaign.experiments.registry import BY_NAME, RESPONSES
 from virtual_soil.report.contents import FIGURES, TABLES
-from virtual_soil.report.experiments import EXPERIMENTS, measured
+from virtual_soil.report.experiments import DECLARED, EXPERIMENTS, measured
 from virtual_soil.report.sections import SECTIONS, soils
 from virtual_soil.report.sections.answer import answer_remarks
 from virtual_soil.report.sections.soils import reach_remarks
@@ -16,10 +16,10 @@ from virtual_soil.report.sections.uncertainty import coverage_sentence
 
 REPORT = ROOT / "src" / "virtual_soil" / "report"
 OF_EXPERIMENT = {
-    "NAME": str, "TITLE": str, "SPECIMEN": str, "RUNS": str, "TABLES": tuple, "RESPONSES": dict, "FIGURES": dict, "MOMENTS": tuple,
+    "NAME": str, "TITLE": str, "SPECIMEN": str, "RESPONSES": dict, "FIGURES": dict,
     "STAGE": str, "CUT": bool, "EYE": tuple, "FLAT": bool, "DISPLACED_SINCE": str, "ASSUMPTIONS": tuple, "REMARKS": dict,
 }  # fmt: skip
-DONE_BY_EXPERIMENT = ("figures", "views", "packed_views", "period_m", "simulate", "colour", "title")
+DONE_BY_EXPERIMENT = ("figures", "views", "packed_views", "period_m", "colour", "title")
 OF_SECTION = {"NAME": str, "TITLE": str, "HEADING": str, "LINKS": dict, "FIGURES": dict, "TABLES": dict}
 
 RANGES = {"cohesion": (-20.0, 80.0), "friction_angle": (8.0, 58.0), "angle_of_repose": (0.0, 53.0)}
@@ -89,7 +89,7 @@ def test_every_experiment_declares_what_the_report_asks_of_it(experiment):
     assert {name: type(getattr(experiment, name)) for name in OF_EXPERIMENT} == OF_EXPERIMENT
     assert all(callable(getattr(experiment, name)) for name in DONE_BY_EXPERIMENT)
     assert set(experiment.REMARKS) <= {section.NAME for section in SECTIONS}
-    assert experiment.TABLES[0] == experiment.NAME
+    assert set(DECLARED) == {*OF_EXPERIMENT, *DONE_BY_EXPERIMENT}
 
 
 @pytest.mark.parametrize("section", SECTIONS, ids=lambda section: section.NAME)
@@ -108,9 +108,8 @@ def test_every_module_beside_a_list_is_in_it(folder, listed):
 def test_every_response_belongs_to_one_experiment():
     named = [name for experiment in EXPERIMENTS for name in experiment.RESPONSES]
     assert sorted(named) == sorted(RESPONSES)
-    assert all(
-        response.table in experiment.TABLES for experiment in EXPERIMENTS for response in map(RESPONSES.get, experiment.RESPONSES)
-    )
+    for experiment in EXPERIMENTS:
+        assert set(experiment.RESPONSES) == {response.name for response in BY_NAME[experiment.NAME].RESPONSES}
     assert [response.name for response in measured()] == named
 
 

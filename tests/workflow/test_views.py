@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from dem import Grains, Tube
+from virtual_soil.campaign.experiments.repose.recording import frame_table
 from virtual_soil.campaign.stored import stored
 from virtual_soil.campaign.tables import stack_tables, write_table
 from virtual_soil.report import pack, views
@@ -162,7 +163,7 @@ def test_recorded_moments_know_their_grains_and_the_tube():
         return SimpleNamespace(time_s=time_s, grains=state, numbers=np.array(numbers), walls={"tube": tube})
 
     table = pd.DataFrame(
-        repose.frame_table([moment(5.0, [[0, 0, 1e-3], [0, 0, 3e-3]], [0, 1], 0.0), moment(5.5, [[0, 0, 2e-3]], [1], 4e-3)], "s0")
+        frame_table([moment(5.0, [[0, 0, 1e-3], [0, 0, 3e-3]], [0, 1], 0.0), moment(5.5, [[0, 0, 2e-3]], [1], 4e-3)], "s0")
     )
     assert table["time_s"].tolist() == [0.0, 0.0, 0.5]
     assert table["speed_m_s"].tolist() == pytest.approx([12**0.5] * 3)

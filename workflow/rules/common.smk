@@ -209,6 +209,11 @@ def batch_memory(wildcards, attempt):
     return memory_mb(members_of(wildcards.batch, wildcards.experiment), attempt)
 
 
+def settings_for(experiment, act):
+    """Settings of an experiment that act on measuring (MEASURED_BY) or on reducing (REDUCED_BY)."""
+    return {key: config[experiment.NAME][key] for key in getattr(experiment, act)}
+
+
 def code_with(script, part):
     """Parameter function: fingerprint of a script and of one module of its experiment."""
     return lambda wildcards: CODE.of_script(

@@ -42,7 +42,9 @@ rule measure:
     log:
         f"{LOGS}{{stage}}/measure_{{experiment}}.log",
     params:
-        settings=lambda wildcards: config[wildcards.experiment],
+        settings=lambda wildcards: settings_for(
+            BY_NAME[wildcards.experiment], "MEASURED_BY"
+        ),
         code=code_with("measure", "measure"),
     message:
         "Measure the responses of every {wildcards.experiment} test."
@@ -59,7 +61,9 @@ rule reduce:
         f"{LOGS}{{stage}}/{{reduced}}.log",
     params:
         experiment=lambda wildcards: REDUCED[wildcards.reduced].NAME,
-        settings=lambda wildcards: config[REDUCED[wildcards.reduced].NAME],
+        settings=lambda wildcards: settings_for(
+            REDUCED[wildcards.reduced], "REDUCED_BY"
+        ),
         code=lambda wildcards: CODE.of_script(
             "reduce", module_of(REDUCED[wildcards.reduced].NAME, "measure")
         ),

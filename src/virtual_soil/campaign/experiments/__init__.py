@@ -9,7 +9,20 @@ module reruns only the rules that use it.
 #: Module of an experiment -> names that it must define.
 MODULES = {
     "declared": (
-        *("NAME", "NOUNS", "RESPONSES", "LOAD", "COMPARED", "REDUCED", "MEASURED_FROM", "LABORATORY", "SEEDS", "Settings"),
+        *(
+            "NAME",
+            "NOUNS",
+            "RESPONSES",
+            "LOAD",
+            "COMPARED",
+            "REDUCED",
+            "MEASURED_FROM",
+            "MEASURED_BY",
+            "REDUCED_BY",
+            "LABORATORY",
+            "SEEDS",
+            "Settings",
+        ),
         *("Fidelity", "CHECK", "REFERENCE", "loads", "check_loads", "canonical", "setup", "cost"),
     ),
     "simulate": ("STAGES", "MOMENTS", "HISTORY", "run", "row_of"),

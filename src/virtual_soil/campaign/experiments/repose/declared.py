@@ -43,6 +43,9 @@ REDUCED: tuple[str, ...] = ()
 #: Stored table from which `measure.measured` computes the responses.
 MEASURED_FROM = "after"
 
+#: Keys of its section that act on measuring and on reducing, not on the simulations.
+MEASURED_BY = ("estimator",)
+REDUCED_BY: tuple[str, ...] = ()
 #: Entry of a soil file that `laboratory` reads.
 LABORATORY = "repose_csv"
 

@@ -45,6 +45,9 @@ REDUCED = ("strength",)
 #: Stored table from which `measure.measured` computes the responses.
 MEASURED_FROM = "history"
 
+#: Keys of its section that act on measuring and on reducing, not on the simulations.
+MEASURED_BY: tuple[str, ...] = ()
+REDUCED_BY = ("strength", "normal_stress")
 #: Entry of a soil file that `laboratory` reads.
 LABORATORY = "direct_shear_csv"
 
