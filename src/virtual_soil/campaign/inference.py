@@ -7,7 +7,7 @@ import pandas as pd
 from virtual_soil.calibration.models import from_json, space_of
 from virtual_soil.calibration.uncertainty import likelihood_of
 from virtual_soil.campaign.experiments.registry import RESPONSES
-from virtual_soil.campaign.tables import ADVICE, UNREADABLE, TableError, one_line, read_table
+from virtual_soil.campaign.tables import ADVICE, UNREADABLE, TableError, one_line, read_all, read_table
 
 
 def read_models(path: str, model: str = "chosen") -> dict:
@@ -21,12 +21,12 @@ def read_models(path: str, model: str = "chosen") -> dict:
         raise TableError(f"{path}: not the surrogates of a study ({one_line(error)}). {ADVICE}") from error
 
 
-def read_tables(paths, read=read_table) -> dict[str, pd.DataFrame]:
-    """Read tables by the name of their files; read(paths, name) may combine several files of one name into one table."""
+def read_tables(paths) -> dict[str, pd.DataFrame]:
+    """Tables by the name of their files; several files of one name, those of several rounds, make one table."""
     found: dict[str, list[str]] = {}
     for path in paths:
         found.setdefault(Path(path).stem, []).append(path)
-    return {name: read(files if read is not read_table else files[0], name) for name, files in found.items()}
+    return {name: read_all(files, name) for name, files in found.items()}
 
 
 def likelihoods_of(files, params) -> dict:

@@ -136,8 +136,8 @@ def setup(config: dict, row: dict) -> dict:
     The lift height scales with the geometry, and so does the time limit. The stress under the column scales as well, so the
     stiffness reduction decreases in proportion.
     """
-    fidelity, protocol = config["fidelity"][row["fidelity"]], dict(config[NAME])
-    del protocol["estimator"]  # used by the measurement, not by the simulation
+    fidelity = config["fidelity"][row["fidelity"]]
+    protocol = {key: value for key, value in config[NAME].items() if key not in MEASURED_BY}
     scale = scale_m(config, row)
     grown = scale / config["material"]["radius_m"]
     protocol |= {

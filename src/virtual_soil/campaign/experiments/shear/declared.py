@@ -149,9 +149,8 @@ def canonical(material: dict, config: dict) -> dict:
 
 def setup(config: dict, row: dict) -> dict:
     """Return keyword arguments of the test's Setup and of the engine for one row of the design."""
-    fidelity, protocol = config["fidelity"][row["fidelity"]], dict(config[NAME])
-    for key in ("normal_stresses_pa", "strength", "normal_stress"):  # used by the design and by the measurement
-        del protocol[key]
+    fidelity, not_simulated = config["fidelity"][row["fidelity"]], {"normal_stresses_pa", *REDUCED_BY}
+    protocol = {key: value for key, value in config[NAME].items() if key not in not_simulated}
     protocol |= {
         "scale_radius_m": scale_m(config, row),
         "inertial_number": fidelity["shear_inertial_number"],
