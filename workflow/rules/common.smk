@@ -14,6 +14,8 @@ from virtual_soil.campaign.experiments.registry import (
     RESPONSES,
 )
 from virtual_soil.campaign.provenance import versions
+from virtual_soil.campaign.sections import Study
+from virtual_soil.campaign.settings import in_declared_order
 from virtual_soil.campaign.study import (
     base_simulation,
     check_config,
@@ -51,6 +53,7 @@ CHECKPOINT_INTERVAL_S = str(
 # Nor must the batch size.
 BATCH_MINUTES = config.pop("batch_minutes")
 in_words(check_soils, config)
+config.update(in_declared_order(config, Study))
 
 RESULTS = f"results/{config['study']}"
 LOGS = f"logs/{config['study']}"

@@ -37,7 +37,7 @@ class Response:
 
     @property
     def suffix(self) -> str:
-        """The unit as it ends the names of columns: deg of angle_of_repose_deg."""
+        """The unit as the last word of column names: `deg` in `..._deg`."""
         return self.column.removeprefix(f"{self.name}_")
 
     @property

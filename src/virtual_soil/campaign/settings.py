@@ -55,6 +55,19 @@ def defaults(kind: type) -> dict:
     return dataclasses.asdict(kind())
 
 
+def in_declared_order(values: dict, kind: type) -> dict:
+    """Copy of a section with its keys, and those of its nested sections, in the order of the class.
+
+    Snakemake compares parameters as text: without this, a section written in another order would rerun what depends on it.
+    """
+    ordered = {}
+    for field in dataclasses.fields(kind):
+        if field.name in values:
+            value, nested = values[field.name], field.metadata.get("section")
+            ordered[field.name] = value if nested is None else in_declared_order(value, nested)
+    return ordered
+
+
 def schema(kind: type) -> dict:
     """JSON schema of a section: all keys are required, unknown keys are refused."""
     types_ = typing.get_type_hints(kind)
