@@ -50,7 +50,7 @@ def half_done(project: Path, experiment: str) -> tuple[str, str, Path] | None:
     """Id, comment and log of a running job that has done a part of its batch; the slurm plugin writes the comments."""
     running = {line.split()[2]: line.split()[0] for line in squeue("%i %T %k") if line.split()[1] == "RUNNING"}
     for log in (project / "logs" / "smoke" / experiment).glob("*.log"):
-        comment = f"rule_simulate_{experiment}_wildcards_{log.stem}"
+        comment = f"rule_simulate_wildcards_{experiment}_{log.stem}"
         at = re.findall(r"^simulation \w+: (\d+) of (\d+)$", log.read_text(), flags=re.MULTILINE)
         if comment in running and at and FINISHED < int(at[-1][0]) <= int(at[-1][1]) - FINISHED:
             return running[comment], comment, log
