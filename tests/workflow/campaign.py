@@ -35,6 +35,21 @@ def snakemake(project: Path, *arguments: str) -> subprocess.CompletedProcess:
     return subprocess.run([*SNAKEMAKE, *arguments], cwd=project, env=ENVIRONMENT, capture_output=True, text=True, check=False)
 
 
+def counted(text: str) -> dict[str, int]:
+    """Rule -> number of jobs in what a dry run prints; simulate_<experiment> and the like by the rules' messages."""
+    table = text.split("Job stats:")[1].split("total")[0]
+    jobs = {name: int(count) for name, count in re.findall(r"^(\w+)\s+(\d+)$", table, flags=re.MULTILINE)}
+    for rule, said, form in (
+        ("simulate", r"Simulate the (\w+) tests of ", "simulate_{}"),
+        ("measure", r"Measure the responses of every (\w+) test", "measure_{}"),
+        ("reduce", r"Determine the (\w+) of every design point", "{}"),
+    ):
+        if jobs.pop(rule, 0):
+            found = re.findall(rf"^Job \d+: {said}", text, flags=re.MULTILINE)
+            jobs |= {form.format(name): found.count(name) for name in found}
+    return jobs
+
+
 def essence(results: Path) -> dict[str, object]:
     """Path -> content of every result without what wall times stand in, which is all that may differ between two runs."""
     found = {}

@@ -1,7 +1,6 @@
 """The whole workflow, end to end, on the smoke study, and what is run again after each kind of change."""
 
 import math
-import re
 import resource
 import shutil
 import subprocess
@@ -12,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from campaign import ENVIRONMENT, ROOT, copy_project, snakemake
+from campaign import ENVIRONMENT, ROOT, copy_project, counted, snakemake
 
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.campaign.sections import TERMS
@@ -29,21 +28,6 @@ def planned(project: Path) -> dict[str, int]:
     if "Nothing to be done" in text:
         return {}
     return counted(text)
-
-
-def counted(text: str) -> dict[str, int]:
-    """Rule -> number of jobs in what a dry run prints; simulate_<experiment> and the like by the rules' messages."""
-    table = text.split("Job stats:")[1].split("total")[0]
-    jobs = {name: int(count) for name, count in re.findall(r"^(\w+)\s+(\d+)$", table, flags=re.MULTILINE)}
-    for rule, said, form in (
-        ("simulate", r"Simulate the (\w+) tests of ", "simulate_{}"),
-        ("measure", r"Measure the responses of every (\w+) test", "measure_{}"),
-        ("reduce", r"Determine the (\w+) of every design point", "{}"),
-    ):
-        if jobs.pop(rule, 0):
-            found = re.findall(rf"^Job \d+: {said}", text, flags=re.MULTILINE)
-            jobs |= {form.format(name): found.count(name) for name in found}
-    return jobs
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ import psutil
 import pyarrow.parquet as pq
 import pytest
 import yaml
-from campaign import ENVIRONMENT, copy_project, differing, essence
+from campaign import ENVIRONMENT, copy_project, counted, differing, essence
 
 from virtual_soil.campaign.files import PART
 from virtual_soil.campaign.manifest import differences
@@ -111,13 +111,6 @@ def forget(project: Path, n: int) -> list[Path]:
     for path in (*folders, *others):
         shutil.rmtree(path) if path.is_dir() else path.unlink()
     return folders
-
-
-def planned(output: str) -> dict[str, int]:
-    """Number of jobs of each rule in the table that a dry run prints."""
-    table = re.search(r"^-+ +-+\n(.*?)^total ", output, re.MULTILINE | re.DOTALL)
-    assert table, output
-    return {rule: int(n) for rule, n in (line.split() for line in table[1].splitlines())}
 
 
 def running(head: subprocess.Popen, project: Path) -> list[psutil.Process]:
@@ -338,6 +331,6 @@ def test_the_configuration_is_edited_while_it_runs(reference, project):
     status, output = ended(project, "-n", *MEASURED)
     assert status == 0
     # the edit counts from the next run on, for the heaps alone: the other order of the keys changes nothing
-    assert planned(output) == {"simulate": len(campaign(project, "repose")), "measure": 1}
+    assert counted(output) == {"simulate_repose": len(campaign(project, "repose")), "measure_repose": 1}
     file.write_text(content)
     assert "Nothing to be done" in ended(project, "-n", *MEASURED)[1]
