@@ -18,7 +18,7 @@ from importlib.metadata import version
 import numpy as np
 from peers import Lammps, Liggghts
 
-from dem import Simulation
+from dem import Simulation, compiled
 from dem.experiments import angle_of_repose
 from dem.experiments.soil import Engine, Soil
 
@@ -78,7 +78,8 @@ def lifted(simulation: Simulation, states) -> dict[str, Simulation]:
 def plain_twin(simulation: Simulation) -> Simulation:
     """Copy a simulation, to continue from the same state in plain numba."""
     twin = copy.deepcopy(simulation)
-    twin._options = twin._options._replace(vector_code=False)
+    compiled.ensure(vector_code=False, periodic=False)
+    twin._runner.access = twin._runner.access._replace(vector=None)
     twin.advance(WARM_UP_STEPS)
     return twin
 

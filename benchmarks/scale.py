@@ -78,7 +78,7 @@ def memory_bytes(simulation: Simulation) -> int:
             for part in value:
                 collect(part)
 
-    for value in vars(simulation).values():
+    for value in vars(simulation._state).values():
         collect(value)
     return sum(arrays.values())
 

@@ -13,31 +13,31 @@ import time
 import numpy as np
 from engine import QUICK_G, STATES, base_set, prepare
 
-from dem import walls
+from dem.bodies import carry_glued, geometry_ahead, move_bodies, sum_forces
 from dem.jit import jit
 from dem.layout import BLOCK, GrainArrays, aligned_zeros
-from dem.lists import blocks, grid, surfaces
+from dem.lists import blocks, surfaces
 from dem.step import loop, schedule, vectors
-from dem.step.motion import carry_glued
 
 REPEATS, WINDOWS, STEPS = 300, 7, 4000
 
 
 @jit
-def gather(n, grains, contacts, buffer):
+def gather(n, grains, contacts, buffer, access):
     """Gather all pairs n times."""
     for _ in range(n):
         for k0 in range(0, contacts.count[0] - BLOCK + 1, BLOCK):
-            vectors.gather_pairs(grains, contacts.first[k0 : k0 + BLOCK], contacts.second[k0 : k0 + BLOCK], BLOCK, buffer, None)
+            vectors.gather_pairs(grains, contacts.first[k0 : k0 + BLOCK], contacts.second[k0 : k0 + BLOCK], BLOCK, buffer, access)
 
 
 @jit
-def contact(n, grains, contacts, buffer, constants):
+def contact(n, grains, contacts, buffer, model):
     """Run the gather and contact stages of all pairs n times."""
     for _ in range(n):
         for k0 in range(0, contacts.count[0] - BLOCK + 1, BLOCK):
-            vectors.gather_pairs(grains, contacts.first[k0 : k0 + BLOCK], contacts.second[k0 : k0 + BLOCK], BLOCK, buffer, None)
-            schedule.contact_loads(BLOCK, k0, buffer, contacts, constants, None)
+            first, second = contacts.first[k0 : k0 + BLOCK], contacts.second[k0 : k0 + BLOCK]
+            vectors.gather_pairs(grains, first, second, BLOCK, buffer, model.access)
+            schedule.contact_loads(BLOCK, k0, buffer, contacts, model.laws)
 
 
 @jit
@@ -49,18 +49,14 @@ def scatter(n, loads, contacts, buffer):
 
 
 @jit
-def wall(n, grains, loads, wall_arrays, contacts, buffer, constants, options, dt, glued, carrier):
-    """Wall contacts and the walls' motion n times."""
-    n_walls = wall_arrays.kind.shape[0]
-    wall_steps = schedule.WallSteps(np.empty((1, n_walls, 7)), np.zeros((1, n_walls, 3)), np.empty((1, 4 * BLOCK)))
+def wall(n, run, dt):
+    """Contacts with surfaces and the bodies' motion n times."""
     for _ in range(n):
-        walls.later(wall_arrays, dt, wall_steps.geometry)
-        schedule.wall_forces(
-            0, 0, grains, loads, wall_arrays, contacts, wall_steps, buffer, wall_steps.places[0], constants, options, None
-        )
-        loop.sum_wall_forces(wall_arrays, wall_steps.force, 1)
-        carry_glued(grains, loads, wall_arrays, glued, carrier)
-        walls.move_walls(wall_arrays, dt)
+        geometry_ahead(run.scene, dt, run.scratch.geometry[:1])
+        schedule.surface_forces(0, 0, run, 0)
+        sum_forces(run.scene, run.scratch.force, 1)
+        carry_glued(run.state.grains, run.state.loads, run.scene)
+        move_bodies(run.scene, dt)
 
 
 @jit
@@ -71,18 +67,18 @@ def integrate(n, grains, loads, which, gravity, dt, zero):
 
 
 @jit
-def prune(n, grains, period, frequency, outer, reach, contacts, pair_table, n_materials, material):
+def prune(n, run, cutoff):
     """Save the springs and prune the lists n times."""
     for _ in range(n):
-        schedule.save(contacts, outer.history)
-        schedule.prune(grains, period, frequency, False, outer, reach, contacts, pair_table, n_materials, material)
+        schedule.save(run.lists.pairs.contacts, run.lists.pairs.outer.history, None)
+        schedule.prune(run.state, run.lists.pairs, cutoff, run.model, None)
 
 
 @jit
-def rebuild(n, grains, period, wall_arrays, skin, pair_list, wall_pairs, spare, wall_spare, contacts):
+def rebuild(n, run, skin):
     """Rebuild the outer lists n times."""
     for _ in range(n):
-        loop.rebuild(grains, period, wall_arrays, skin, pair_list, wall_pairs, spare, wall_spare, contacts)
+        loop.rebuild(run, skin)
 
 
 def copied(values: np.ndarray, quarter: int) -> np.ndarray:
@@ -126,29 +122,26 @@ def profile(s) -> dict[str, float]:
     """Time of every stage in microseconds per step."""
     step_us, rebuilds, prunings = counted_steps(s)
     fastest = float(np.linalg.norm(s.grains.velocities_m_s, axis=1).max())
-    reach, wall_reach = loop.reaches(fastest * s.time_step_s, 0.0, s._skin)
-    frequency, n_materials, dt = grid.frequencies(s._period), len(s.materials), s.time_step_s
-    constants = s._constants
-    lists = (s._pair_table, n_materials, s._material)
-    blocks.common_constants(s._grains, s._contacts, *lists)
-    schedule.prune(s._grains, s._period, frequency, False, s._pairs, reach, s._contacts, *lists)
-    surfaces.prune_walls(s._grains, s._walls, s._wall_pairs, np.empty(0, np.int32), wall_reach, s._wall_contacts, *lists)
-    *grains, loads = (copied(values, quarter) for quarter, values in enumerate((*s._grains, s._loads)))
-    grains, buffer = GrainArrays(*grains), s._buffers[0]
-    on_walls = (s._walls, s._wall_contacts, buffer, constants, s._options)
-    for_lists = (grains, s._period, s._walls, s._skin, s._pairs, s._wall_pairs, s._spare, s._wall_spare, s._contacts)
+    cutoff, surface_cutoff = loop.cutoffs(fastest * s.time_step_s, 0.0, s._runner.skin)
+    state, model, scratch, dt = s._state, s._runner.model, s._runner.scratch(), s.time_step_s
+    pairs, at_surfaces = state.lists.pairs, state.lists.surfaces
+    blocks.common_constants(state.view(), pairs.contacts, model)
+    schedule.prune(state.view(), pairs, cutoff, model, None)
+    surfaces.prune_surfaces(state.view(), state.surfaces, state.lists, surface_cutoff, model)
+    *grains, loads = (copied(values, quarter) for quarter, values in enumerate((*state.grains, state.loads)))
+    grains, buffer = GrainArrays(*grains), scratch.buffers[0]
+    run = schedule.Run(state.view()._replace(grains=grains, loads=loads), state.scene(), state.lists, model, scratch)
     stages = {
-        "gather": best_us(gather, grains, s._contacts, buffer),
-        "contact": best_us(contact, grains, s._contacts, buffer, constants),
-        "scatter": best_us(scatter, loads, s._contacts, buffer),
-        "walls": best_us(wall, grains, loads, *on_walls, dt * 1e-9, s._glued, s._carrier),
-        "integrate": best_us(integrate, grains, loads, s._pairs.order, s._gravity, dt * 1e-9, constants.zero),
+        "gather": best_us(gather, grains, pairs.contacts, buffer, model.access),
+        "contact": best_us(contact, grains, pairs.contacts, buffer, model),
+        "scatter": best_us(scatter, loads, pairs.contacts, buffer),
+        "walls": best_us(wall, run, dt * 1e-9),
+        "integrate": best_us(integrate, grains, loads, pairs.outer.order, state.gravity, dt * 1e-9, model.laws.numbers.zero),
     }
     stages["contact"] -= stages["gather"]
-    n_pairs, n_wall_contacts = int(s._contacts.count.sum()), int(s._wall_contacts.count.sum())
-    one_pruning = best_us(prune, grains, s._period, frequency, s._pairs, reach, s._contacts, *lists)
-    stages["inner list"] = prunings * one_pruning
-    stages["outer list"] = rebuilds * best_us(rebuild, *for_lists, repeats=REPEATS // 10)
+    n_pairs, n_wall_contacts = int(pairs.contacts.count.sum()), int(at_surfaces.contacts.count.sum())
+    stages["inner list"] = prunings * best_us(prune, run, cutoff)
+    stages["outer list"] = rebuilds * best_us(rebuild, run, s._runner.skin, repeats=REPEATS // 10)
     return {
         **{name: round(value, 2) for name, value in stages.items()},
         "sum": round(sum(stages.values()), 2),

@@ -17,7 +17,7 @@ SRC = Path(__file__).parents[1] / "src"
 MAY_IMPORT = {
     "dem": set(),
     "virtual_soil.calibration": set(),
-    "virtual_soil.exports": set(),
+    "virtual_soil.exports": {"dem"},
     "virtual_soil.verification": {"dem"},
     "virtual_soil.campaign": {"dem", "virtual_soil.calibration", "virtual_soil.exports"},
     "virtual_soil.report": {"dem", "virtual_soil.calibration", "virtual_soil.exports", "virtual_soil.campaign"},

@@ -59,13 +59,8 @@ def run(soil: Soil, setup: Setup, engine: Engine, seed: int, each: Callable[[Sim
             Box(name="floor", material="soil", low_m=(-half, -half, 0.0), high_m=(half, half, 0.0)),
             Tube(name="tube", material="soil", radius_m=tube_radius, bottom_m=0.0, top_m=1e3 * setup.scale_radius_m),
         ],
-        gravity_m_s2=(0.0, 0.0, -engine.gravity_m_s2),
         smallest_radius_m=soil.sizes.smallest_m,
-        time_step_rayleigh_ratio=engine.time_step_rayleigh_ratio,
-        rolling_model=engine.rolling_model,
-        damping_model=engine.damping_model,
-        precision=engine.precision,
-        vector_code=engine.vector_code,
+        **engine.options,
     )
     region = TubeRegion(radius_m=tube_radius, bottom_m=0.0)
     simulation.add_factory(Factory(n_grains=setup.n_particles, region=region, sizes=soil.sizes, material="soil", seed=seed))

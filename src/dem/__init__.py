@@ -18,9 +18,9 @@ from dem.checkpoint import CheckpointError, load, save
 from dem.factory import BoxRegion, Factory, Sizes, TubeRegion
 from dem.html import Rich
 from dem.material import Interaction, Material
+from dem.shapes import ENDLESS_M, Box, Drive, Tube, Wall
 from dem.simulation import Grains, Simulation, SimulationError
 from dem.timestep import rayleigh_time, stable_time_step
-from dem.walls import ENDLESS_M, Box, Drive, Tube, Wall
 
 __all__ = [
     "ENDLESS_M",

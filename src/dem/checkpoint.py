@@ -1,7 +1,7 @@
-"""A simulation on disk: everything that its future depends on, so that it goes on bit for bit as if never interrupted.
+"""A simulation on disk: its settings and state (`dem.state`), so that it continues bit for bit as if never interrupted.
 
 One NumPy archive (.npz): arrays by name, and a JSON text with definitions and the clock. No pickle. It is written under another
-name first and then renamed, so that a file under its own name is whole; the archive has checksums.
+name first and then renamed, so that a file under its final name is complete; the archive has checksums.
 """
 
 import io
@@ -13,17 +13,21 @@ from typing import Any
 
 import numpy as np
 
-from dem import factory, walls
+from dem import factory, shapes
+from dem.bodies import Bodies, Glued, Surfaces
 from dem.factory import Factory, Sizes
 from dem.jit import source_hash
 from dem.layout import GrainArrays
+from dem.lists.storage import Lists
 from dem.material import Material
 from dem.simulation import Simulation
+from dem.state import SimulationState
 
-#: Name of each outer list: attributes of the list, its spare and its contacts.
-LISTS = {"pairs": ("_pairs", "_spare", "_contacts"), "wall_pairs": ("_wall_pairs", "_wall_spare", "_wall_contacts")}
-#: Arrays of an outer list that have a value per entry.
-PER_ENTRY = ("owner", "partner", "history")
+#: Fields of the state that are plain values, and that are tuples of arrays.
+PLAIN = ("exchanged_j", "time_s", "n_steps", "n_left")
+TUPLES: dict[str, Any] = {"grains": GrainArrays, "bodies": Bodies, "surfaces": Surfaces, "glued": Glued}
+#: Arrays of an outer list with a value per entry, and per grain or slab.
+PER_ENTRY, PER_GRAIN = ("owner", "partner", "history"), ("row", "order", "slab")
 
 #: Before the names of arrays that are notes.
 NOTE = "notes."
@@ -36,14 +40,14 @@ class CheckpointError(ValueError):
 def save(simulation: Simulation, path: str | Path, notes: dict | None = None) -> None:
     """Write a simulation to a file, whole or not at all.
 
-    notes: what the caller wants to find again beside it (`load_with_notes`); name -> array, or a plain value that JSON can hold.
+    notes : data of the caller to be stored with it (`load_with_notes`); name -> array, or a plain value that JSON can hold.
     """
     path, notes = Path(path), notes or {}
-    part = path.with_name(f"{path.name}.{os.getpid()}.part")  # its own, should two processes save the same
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")  # unique: two processes may save the same simulation
     noted = {f"{NOTE}{name}": value for name, value in notes.items() if isinstance(value, np.ndarray)}
     plain = {name: value for name, value in notes.items() if not isinstance(value, np.ndarray)}
     description = json.dumps(description_of(simulation) | {"notes": plain})
-    arrays: dict[str, Any] = {**arrays_of(simulation), **noted, "description": np.array(description)}
+    arrays: dict[str, Any] = {**arrays_of(simulation._state), **noted, "description": np.array(description)}
     try:
         with open(part, "wb") as file:
             np.savez(file, **arrays)
@@ -59,7 +63,7 @@ def load(path: str | Path) -> Simulation:
 
     Raises
     ------
-    CheckpointError : the file is damaged, is no checkpoint, or was written by other source code (it would not go on alike).
+    CheckpointError : the file is damaged, is no checkpoint, or was written by other source code (it would continue differently).
     """
     return load_with_notes(path)[0]
 
@@ -77,45 +81,41 @@ def load_with_notes(path: str | Path) -> tuple[Simulation, dict]:
         return restored(description, arrays), description["notes"] | noted
     except CheckpointError:
         raise
-    except Exception as error:  # the readers of archives, arrays and JSON have a dozen ways to say that a file is damaged
+    except Exception as error:  # readers of archives, arrays and JSON raise a dozen types for a damaged file
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise CheckpointError(f"{path} is no readable checkpoint ({reason}); delete it to begin anew.") from error
 
 
 def description_of(simulation: Simulation) -> dict:
-    """What is not an array, as JSON can hold it."""
+    """All that is not an array, as JSON can hold it."""
+    state = simulation._state
+    lists = {"pairs": state.lists.pairs, "surfaces": state.lists.surfaces}
     return {
         "engine": source_hash(),
         "settings": simulation._settings,
         "materials": {name: asdict(material) for name, material in simulation.materials.items()},
-        "walls": [{"type": type(wall).__name__} | asdict(wall) for wall in simulation._wall_definitions],
-        "factories": [
-            {"region_type": type(made.region).__name__} | asdict(made) for made in simulation._factories
-        ],
-        "clock": {"time_s": simulation.time_s, "n_steps": simulation.n_steps, "n_left": simulation.n_left},
-        "exchanged_j": simulation._exchanged_j,
-        "mean_wall_forces_n": {name: force.tolist() for name, force in simulation.mean_wall_forces_n.items()},
-        "rooms": {name: [len(getattr(simulation, names[0]).partner), len(getattr(simulation, names[2]).first)]
-                  for name, names in LISTS.items()},
-    }  # fmt: skip
+        "state": {name: getattr(state, name) for name in PLAIN},
+        "walls": [{"type": type(wall).__name__} | asdict(wall) for wall in state.walls],
+        "factories": [{"region_type": type(made.region).__name__} | asdict(made) for made in state.factories],
+        "mean_wall_forces_n": {name: force.tolist() for name, force in state.mean_wall_forces_n.items()},
+        "capacities": {name: [len(part.outer.partner), len(part.contacts.first)] for name, part in lists.items()},
+    }
 
 
-def arrays_of(simulation: Simulation) -> dict[str, np.ndarray]:
+def arrays_of(state: SimulationState) -> dict[str, np.ndarray]:
     """Name -> array."""
-    arrays = {name: getattr(simulation, f"_{name}") for name in ("material", "ids", "origin", "list_age", "glued", "carrier")}
-    for name, values in simulation._grains._asdict().items():
-        arrays[f"grains.{name}"] = values
-    arrays["pair_table"] = simulation._pair_table
-    for name, value in simulation._walls._asdict().items():
-        arrays[f"walls.{name}"] = value
-    for name, (outer_name, _, contacts_name) in LISTS.items():
-        outer = getattr(simulation, outer_name)
-        arrays[f"{name}.begin"] = getattr(simulation, contacts_name).begin
-        used = int(outer.row.max(initial=0))
-        arrays |= {f"{name}.row": outer.row, f"{name}.order": outer.order, f"{name}.slab": outer.slab}
-        arrays |= {f"{name}.{field}": getattr(outer, field)[:used] for field in PER_ENTRY}
-    if simulation._entries is not None:
-        arrays["entries"] = simulation._entries
+    arrays = {name: getattr(state, name) for name in ("material", "ids", "pair_table")}
+    arrays |= {"origin": state.lists.origin, "age": state.lists.age}
+    for name in TUPLES:
+        arrays |= {f"{name}.{key}": value for key, value in getattr(state, name)._asdict().items()}
+    for name in ("pairs", "surfaces"):
+        part = getattr(state.lists, name)
+        used = int(part.outer.row.max(initial=0))
+        arrays[f"{name}.begin"] = part.contacts.begin
+        arrays |= {f"{name}.{key}": getattr(part.outer, key) for key in PER_GRAIN}
+        arrays |= {f"{name}.{key}": getattr(part.outer, key)[:used] for key in PER_ENTRY}
+    if state.entries is not None:
+        arrays["entries"] = state.entries
     return arrays
 
 
@@ -123,39 +123,40 @@ def restored(description: dict, arrays: dict[str, np.ndarray]) -> Simulation:
     """The simulation of a description and its arrays."""
     materials = {name: Material(**values) for name, values in description["materials"].items()}
     simulation = Simulation(materials=materials, interactions={}, **description["settings"])
-    simulation._pair_table[:] = arrays["pair_table"]
-    simulation._wall_definitions = [wall_of(dict(values)) for values in description["walls"]]
-    simulation._walls = walls.WallArrays(*(arrays[f"walls.{name}"] for name in walls.WallArrays._fields))
-    simulation._factories = [factory_of(dict(values)) for values in description["factories"]]
-    simulation.time_s, simulation.n_steps, simulation.n_left = description["clock"].values()
-    simulation._exchanged_j = description["exchanged_j"]
-    simulation.mean_wall_forces_n = {name: np.array(force) for name, force in description["mean_wall_forces_n"].items()}
-    grains = GrainArrays(*(arrays[f"grains.{name}"] for name in GrainArrays._fields))
-    simulation._allocate(grains, arrays["material"], arrays["ids"])
-    for name, names in LISTS.items():
-        begin, (capacity, room) = arrays[f"{name}.begin"], description["rooms"][name]
-        lists = simulation._new_lists(simulation.n_grains, capacity, room, len(begin) - 1)
-        for attribute, value in zip(names, lists, strict=True):
-            setattr(simulation, attribute, value)
-        lists[2].begin[:] = begin
-        outer, used = lists[0], len(arrays[f"{name}.partner"])
-        for field in ("row", "order", "slab"):
-            getattr(outer, field)[:] = arrays[f"{name}.{field}"]
-        for field in PER_ENTRY:
-            getattr(outer, field)[:used] = arrays[f"{name}.{field}"]
-    simulation._origin, simulation._list_age = arrays["origin"], arrays["list_age"]
-    simulation._glued, simulation._carrier = arrays["glued"], arrays["carrier"]
-    if simulation._entries is not None:
-        simulation._entries[:] = arrays["entries"]
+    state = simulation._state
+    for name in PLAIN:
+        setattr(state, name, description["state"][name])
+    state.walls = [wall_of(dict(values)) for values in description["walls"]]
+    state.factories = [factory_of(dict(values)) for values in description["factories"]]
+    state.mean_wall_forces_n = {name: np.array(force) for name, force in description["mean_wall_forces_n"].items()}
+    state.pair_table[:] = arrays["pair_table"]
+    if state.entries is not None:
+        state.entries[:] = arrays["entries"]
+    tuples = {name: kind(*(arrays[f"{name}.{key}"] for key in kind._fields)) for name, kind in TUPLES.items()}
+    state.bodies, state.surfaces, state.glued = tuples["bodies"], tuples["surfaces"], tuples["glued"]
+    state.allocate(tuples["grains"], arrays["material"], arrays["ids"])
+    restore_lists(state, description["capacities"], arrays)
     return simulation
 
 
-def wall_of(values: dict) -> walls.Wall:
+def restore_lists(state: SimulationState, capacities: dict[str, list[int]], arrays: dict[str, np.ndarray]) -> None:
+    """Fill the lists, at the capacities that they had."""
+    pairs, surfaces = state.new_pairs(*capacities["pairs"]), state.new_surface_pairs(*capacities["surfaces"])
+    for name, part in (("pairs", pairs), ("surfaces", surfaces)):
+        part.contacts.begin[:] = arrays[f"{name}.begin"]
+        for key in PER_GRAIN:
+            getattr(part.outer, key)[:] = arrays[f"{name}.{key}"]
+        for key in PER_ENTRY:
+            getattr(part.outer, key)[: len(arrays[f"{name}.partner"])] = arrays[f"{name}.{key}"]
+    state.lists = Lists(pairs, surfaces, arrays["origin"], arrays["age"])
+
+
+def wall_of(values: dict) -> shapes.Wall:
     """A wall's definition from JSON."""
-    kind = {"Box": walls.Box, "Tube": walls.Tube}[values.pop("type")]
+    kind = shapes.by_name(values.pop("type"))
     drive = values.pop("drive")
     tuples = {key: tuple(value) if isinstance(value, list) else value for key, value in values.items()}
-    return kind(**tuples, drive=None if drive is None else walls.Drive(**drive))
+    return kind(**tuples, drive=None if drive is None else shapes.Drive(**drive))
 
 
 def factory_of(values: dict) -> Factory:

@@ -1,10 +1,10 @@
-"""Kernels are compiled in a process of their own and always loaded from the cache, never used by the process that compiled them.
+"""Kernels are compiled in a separate process and always loaded from the cache, never used by the process that compiled them.
 
-A process that compiles keeps a kernel twice, on its own and inlined in its caller, optimised apart; one that loads the caller from
-the cache has the second only. The two round differently in the last bit, so that the first run after an installation would
-not repeat. Compiling elsewhere makes all runs alike, and makes the many processes of a campaign share one compilation.
+A process that compiles holds a kernel twice, by itself and inlined in its caller, optimised separately; a process that loads the
+caller from the cache has the second only. The two round differently in the last bit, so the first run after an installation would
+not be reproducible. Compiling elsewhere makes all runs identical, and lets the processes of a campaign share one compilation.
 
-For the same reason a cache that lost a file since is compiled anew as a whole, before anything is loaded from it.
+For the same reason a cache that has lost a file is compiled again as a whole, before anything is loaded from it.
 """
 
 import contextlib
@@ -15,29 +15,50 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 from dem import jit
 
 #: Set in the process that compiles.
 compiles_here = False
 
-#: Markers that this process has found true: what is loaded already, no damage on the disk changes.
+#: Markers that this process has found valid: damage on the disk does not affect what is loaded.
 _found: set[Path] = set()
 
 
-def marker(precision: str, parallel: bool, energy_ledger: bool) -> Path:
-    """File in the kernel cache that says that one variant of the time loop is compiled.
+class Variant(NamedTuple):
+    """Settings that choose the code of the time loop; each variant is compiled by itself."""
 
-    For this processor, and for source files in this place with these times: numba looks all of them up.
+    precision: str = "float32"
+    parallel: bool = False
+    energy_ledger: bool = False
+    rolling_model: str = "type_a"
+    vector_code: bool = True
+    periodic: bool = False
+
+    @property
+    def name(self) -> str:
+        """Name as part of a file's name."""
+        threads, code = "threads" if self.parallel else "thread", "vector" if self.vector_code else "plain"
+        domain, books = "periodic" if self.periodic else "open", "-ledger" if self.energy_ledger else ""
+        return f"{self.precision}-{threads}-{self.rolling_model}-{code}-{domain}{books}"
+
+
+def marker(variant: Variant) -> Path:
+    """File in the kernel cache that marks one variant of the time loop as compiled.
+
+    For this processor, and for source files at this path with these times: numba looks all of them up.
     """
     stamps = [(path.stat().st_mtime_ns, path.stat().st_size) for path in sorted(jit.PACKAGE.rglob("*.py"))]
     lookup = f"{jit.processor()} {jit.PACKAGE} {stamps}"
-    name = f"{hashlib.sha256(lookup.encode()).hexdigest()[:16]}-{precision}-{'threads' if parallel else 'thread'}"
-    return Path(os.environ["NUMBA_CACHE_DIR"]) / f"{name}{'-ledger' if energy_ledger else ''}.compiled"
+    name = f"{hashlib.sha256(lookup.encode()).hexdigest()[:16]}-{variant.name}"
+    return Path(os.environ["NUMBA_CACHE_DIR"]) / f"{name}.compiled"
 
 
-def ensure(precision: str = "float32", parallel: bool = False, energy_ledger: bool = False) -> None:
-    """Have one variant of the time loop compiled into the cache, unless it is there; takes a minute then.
+def ensure(precision: str = "float32", parallel: bool = False, energy_ledger: bool = False, **choices) -> None:
+    """Have a variant of the time loop compiled into the cache, unless it is there; takes half a minute then.
+
+    choices : the other fields of `Variant`; without `periodic`, both kinds of domain are compiled.
 
     Raises
     ------
@@ -45,18 +66,24 @@ def ensure(precision: str = "float32", parallel: bool = False, energy_ledger: bo
     """
     if jit.DISABLED or compiles_here:
         return
-    file = marker(precision, parallel, energy_ledger)
+    for periodic in (choices.pop("periodic"),) if "periodic" in choices else (False, True):
+        ensure_one(Variant(precision, parallel, energy_ledger, **choices, periodic=periodic))
+
+
+def ensure_one(variant: Variant) -> None:
+    """Have one variant compiled."""
+    file = marker(variant)
     if file in _found:
         return
     if not is_true(file):
         with alone(file.parent):
-            if not is_true(file):  # nobody else has compiled while this process waited
-                compile_anew(file, [precision, str(int(parallel)), str(int(energy_ledger))])
+            if not is_true(file):  # no other process has compiled it while this one waited
+                compile_anew(file, [json.dumps(variant)])
     _found.add(file)
 
 
 def is_true(file: Path) -> bool:
-    """Whether all files of the cache that a marker lists are as they were when it was written."""
+    """True if all files of the cache that a marker lists are as they were when it was written."""
     listed = content_of(file)
     try:
         found = kernels(file.parent)
@@ -66,7 +93,7 @@ def is_true(file: Path) -> bool:
 
 
 def content_of(file: Path) -> dict[str, str]:
-    """What a marker lists, as `kernels` does; empty where there is no sound marker."""
+    """Files that a marker lists, as `kernels` does; empty if there is no valid marker."""
     try:
         listed = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -127,29 +154,33 @@ def empty(folder: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def main(precision: str, parallel: str, energy_ledger: str) -> None:
-    """Compile one variant by running two grains for a moment."""
+def main(values: str) -> None:
+    """Compile one variant by running two grains for a moment; values : JSON list of the fields of `Variant`."""
     from dem import Box, Interaction, Material, Simulation, compiled
     from dem.step import loop
 
     compiled.compiles_here = True
+    variant = Variant(*json.loads(values))
     touch = Interaction(restitution=0.5, static_friction=0.3, rolling_friction=0.1)
     simulation = Simulation(
         materials={"a": Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e6)},
         interactions={("a", "a"): touch},
         walls=[Box(name="floor", material="a", low_m=(-1.0, -1.0, 0.0), high_m=(1.0, 1.0, 0.0))],
         smallest_radius_m=1e-3,
-        precision=precision,
-        threads=2 if int(parallel) else 1,
-        energy_ledger=bool(int(energy_ledger)),
+        period_m=(0.0, 1.0, 0.0) if variant.periodic else (0.0, 0.0, 0.0),
+        precision=variant.precision,
+        threads=2 if variant.parallel else 1,
+        energy_ledger=variant.energy_ledger,
+        rolling_model=variant.rolling_model,
+        vector_code=variant.vector_code,
     )
     simulation.add_grains([(0.0, 0.0, 1.1e-3), (0.0, 0.0, 3.2e-3)], 1e-3, "a")
     simulation.advance(2)
     simulation.is_static()
     simulation.largest_overlap_ratio()
-    for reason in (loop.PAIRS_FULL, loop.WALL_PAIRS_FULL):
-        simulation._lengthen(reason)
-    simulation._sort_in_space()
+    for reason in (loop.PAIRS_FULL, loop.SURFACE_PAIRS_FULL):
+        simulation._state.lengthen(reason)
+    simulation._runner.sort_in_space()
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Factories: how many grains are made, when, where, and of which size (EDEM's notion)."""
+"""Factories: number, time, place and sizes of grains to be made (EDEM's notion)."""
 
 import math
 from dataclasses import dataclass, field
@@ -112,7 +112,7 @@ class Factory:
         layers, n, z = [], 0, self.region.bottom_m + r + 2.0 * jitter
         while n < self.n_grains:
             plane = self.region.layer(spacing, r + 1.5 * jitter, rng)
-            require(len(plane) > 0, "region of a factory", self.region, "room for at least one grain")
+            require(len(plane) > 0, "region of a factory", self.region, "space for at least one grain")
             rng.shuffle(plane)
             shift = rng.uniform(-jitter, jitter, (len(plane), 3))
             layers.append(np.column_stack([plane, np.full(len(plane), z)]) + shift)

@@ -1,4 +1,4 @@
-"""What a notebook shows of an object: a small table of its fields. Plain HTML; nothing has to be installed for it."""
+"""Representation of an object in a notebook: a table of its fields in plain HTML."""
 
 from dataclasses import dataclass, fields
 from html import escape
@@ -15,7 +15,7 @@ class Rich:
 
 
 def table(title: str, rows: dict) -> str:
-    """A table of two columns, name and value, under a title; whatever stands in them is escaped."""
+    """A table of two columns, name and value, under a title; their content is escaped."""
     cells = "".join(f"<tr><th>{escape(name)}</th><td>{escape(in_words(value))}</td></tr>" for name, value in rows.items())
     return f"<table><caption>{escape(title)}</caption>{cells}</table>"
 

@@ -1,28 +1,29 @@
-"""How every kernel is compiled.
+"""Compilation of every kernel.
 
-Kernels are cached on disk so that only the first process compiles. numba notices a change in a kernel's own file but not in
-a function that it calls from another file; so the cache folder's name carries a hash of the whole package's source.
-numba itself keys the cache by processor type, so a cache shared by unlike machines is not reused wrongly.
+Kernels are cached on disk so that only the first process compiles. numba detects changes in a kernel's own file, but not in
+functions that it calls from other files; therefore the name of the cache folder contains a hash of the whole package's source.
+numba keys the cache by processor type, so machines with different processors can share a cache.
 """
 
+import functools
 import hashlib
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 PACKAGE = Path(__file__).parent
 
-#: Kernels are free of traps (no Python exceptions on division) and may reorder arithmetic, which lets LLVM vectorise them.
-JIT_FLAGS: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "cache": True}
+#: No Python exceptions on division, and arithmetic may be reordered: LLVM can then vectorise the kernels.
+JIT_FLAGS: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "cache": True, "_nrt": True}
 
-#: For the hottest kernels, which make no arrays: no reference counts for the arrays that they are given or slice.
+#: For the hottest kernels, which allocate no arrays: no reference counting.
 LEAN_FLAGS = {**JIT_FLAGS, "_nrt": False}
 
-#: For what runs once per block of contacts: into its caller, as handing over arrays takes some 10 ns each time.
+#: For functions with a single caller or few instructions: inlined, because passing an array takes about 10 ns per call.
 INLINE_FLAGS: dict[str, Any] = {**LEAN_FLAGS, "forceinline": True}
 
-#: For hot kernels whose rounding errors count: no reference counts either, and no arithmetic reordered. Not to say anything of
-#: fastmath would be to take over the caller's.
+#: For hot kernels whose rounding errors count: no reordered arithmetic. Set fastmath explicitly; otherwise the caller's setting is
+#: inherited.
 EXACT_FLAGS: dict[str, Any] = {**LEAN_FLAGS, "fastmath": False}
 
 #: For code that must see NaN and infinity as they are (guards, list building).
@@ -45,18 +46,19 @@ def _cache_folder() -> Path:
 
 os.environ.setdefault("NUMBA_CACHE_DIR", str(_cache_folder()))
 os.environ.setdefault("NUMBA_SLP_VECTORIZE", "1")  # 15-20 % faster kernels; read once, when numba is imported
-# OpenMP's threads wait awake between two loops; the others sleep, and waking them takes longer than a step.
+# OpenMP's threads spin between two loops; those of the other layers sleep, and waking them takes longer than a step.
 os.environ.setdefault("NUMBA_THREADING_LAYER_PRIORITY", "omp tbb workqueue")
 
-# numba reads its environment at import, so the rest of the package imports from here what it needs of numba.
+# numba reads its environment at import, so the rest of the package imports numba's names from here.
 from llvmlite.binding import get_host_cpu_features, get_host_cpu_name  # noqa: E402
 from numba import config, njit, prange, set_num_threads, types  # noqa: E402
 from numba.core import cgutils  # noqa: E402
-from numba.extending import intrinsic  # noqa: E402
+from numba.extending import intrinsic, overload  # noqa: E402
 
 __all__ = [
     "DISABLED",
     "MAX_THREADS",
+    "by_type",
     "cgutils",
     "exact_jit",
     "inline_jit",
@@ -73,12 +75,12 @@ __all__ = [
 ]
 
 MAX_THREADS: int = config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]  # numba sets it at run time
-#: Whether kernels run as plain Python (NUMBA_DISABLE_JIT=1).
-DISABLED = bool(config.DISABLE_JIT)  # type: ignore[attr-defined]  # the same
+#: True if kernels run as plain Python (NUMBA_DISABLE_JIT=1).
+DISABLED = bool(config.DISABLE_JIT)  # type: ignore[attr-defined]
 
 
 def processor() -> str:
-    """Name and features of the machine's processor, as numba sees it: compiled code is for this alone."""
+    """Name and features of the machine's processor, as numba sees it; compiled code is valid for this processor only."""
     return f"{get_host_cpu_name()} {get_host_cpu_features().flatten()}"
 
 
@@ -88,17 +90,17 @@ def jit(function):
 
 
 def lean_jit(function):
-    """Compile a numerical kernel that makes no arrays."""
+    """Compile a numerical kernel that allocates no arrays."""
     return njit(**LEAN_FLAGS)(function)
 
 
 def inline_jit(function):
-    """Compile a numerical kernel that makes no arrays into each of its callers."""
+    """Compile a numerical kernel that allocates no arrays, inlined into each of its callers."""
     return njit(**INLINE_FLAGS)(function)
 
 
 def exact_jit(function):
-    """Compile a numerical kernel that makes no arrays and keeps the order of its sums."""
+    """Compile a numerical kernel that allocates no arrays and keeps the order of its sums."""
     return njit(**EXACT_FLAGS)(function)
 
 
@@ -110,3 +112,25 @@ def parallel_jit(function):
 def strict_jit(function):
     """Compile a kernel that keeps IEEE rules for NaN and infinity."""
     return njit(**STRICT_FLAGS)(function)
+
+
+def by_type(functions):
+    """Return one function for many: the type of the first argument, a NamedTuple class, selects which of `functions` runs.
+
+    functions : class -> function. A kernel selects when it is compiled, so a call costs nothing; it is then read from
+    the disk cache as any other kernel. A closure over compiled functions would be compiled again in every process.
+    """
+    functions = {kind: getattr(function, "py_func", function) for kind, function in functions.items()}
+
+    @functools.singledispatch
+    def generic(selector, *arguments):
+        raise TypeError(f"no function for {type(selector).__name__}; known: {[kind.__name__ for kind in functions]}")
+
+    for kind, function in functions.items():
+        generic.register(kind)(function)
+
+    def select(selector, *arguments):
+        return functions.get(getattr(selector, "instance_class", None))
+
+    overload(generic, jit_options=cast(Any, LEAN_FLAGS), strict=False)(select)
+    return generic

@@ -1,4 +1,4 @@
-"""Where each quantity stands in the flat arrays that the kernels share.
+"""Layout of the flat arrays that the kernels share.
 
 All arrays are one-dimensional with constant offsets: LLVM then proves that rows do not overlap and vectorises to full width.
 
@@ -6,14 +6,13 @@ place record (float64, PLACE values each): position, radius.
 motion record (contact precision, MOTION values each): velocity, zero, spin velocity u = radius x angular velocity, zero. Using u
     instead of the angular velocity makes every torque equation independent of the grain's radius: (2/5) m du/dt = Q, with
     Q = torque / radius. Contacts and places see this velocity.
-remainder record (contact precision, MOTION values each): what the motion record had to round off, to be added at the next step;
-    instead of the zeros inverse mass and gravity flag (1 free, 0 carried by a wall).
+remainder record (contact precision, MOTION values each): rounding error of the motion record, added at the next step;
+    instead of the zeros inverse mass and gravity flag (1 free, 0 moved by a body).
 load record (contact precision, LOAD values each): force, zero, Q, rolling resistance (the largest |Q| that opposes spin).
-material pairs (float64, one row of five per ordered pair): see PAIR_E and its neighbours.
-contact constants (contact precision, one row of CONSTANTS x BLOCK values per block of BLOCK contacts): see INV_R_SUM and its
-    neighbours; where all grains are alike, one block serves all contacts.
-contact history (contact precision, one row of 3 or 6 x BLOCK values per block): tangential spring, with type C rolling spring too.
-work buffer (contact precision, one block): what the gather stage writes, and the loads that the contact stage makes of it.
+contact constants (contact precision, rows of BLOCK values, one set of rows per block of BLOCK contacts): geometry (INV_R_SUM,
+    SHARE), then the constants of each law in use (see `dem.contact.model`). One block serves all contacts of identical grains.
+contact history (contact precision, one set of rows per block): the histories of the laws in use, one after the other.
+work buffer (contact precision, one block): written by the gather stage, turned into loads by the contact stage.
 """
 
 from typing import NamedTuple
@@ -34,20 +33,20 @@ LOAD = 8
 FX, FY, FZ = range(3)
 QX, QY, QZ, RESIST = range(4, LOAD)
 
-CONSTANTS = 8
-INV_R_SUM, K_N, C_N, K_T, C_T, MU_S, MU_R, ROLLING_SHARE = range(CONSTANTS)
+#: First rows of the contact constants: 1 / (r_i + r_j), and p_i = r_j / (r_i + r_j). The laws' constants follow.
+INV_R_SUM, SHARE, GEOMETRY = range(3)
 
-#: Rows of the work buffer. On entry to the contact stage: separation (0-2), R_sum^2 - d^2 (3), relative velocity (4-6),
-#: u_i + u_j (7-9), u_j (10-12, type C only). On leaving: force on i, Q on j (type C), Q on i, rolling resistance.
+#: Rows of the work buffer on entry to the contact stage: separation (0-2), R_sum^2 - d^2, relative velocity (4-6), u_i + u_j (7-9),
+#: u_j (10-12, only for laws with SEPARATE_SPINS).
+SEPARATION, GAP, APPROACH, SPIN_SUM, SECOND_SPIN = 0, 3, 4, 7, 10
+#: The same rows between the two loops of the contact stage: lever arm over the grain's radius, d / R_sum along the normal (0-2);
+#: tangential stiffness; relative velocity of the surfaces (4-6). Then tangential damping, normal force over the lever arm, normal
+#: force, inverse square of the lever arm.
+ARM, STIFFNESS, SLIDING, DAMPING, PUSH, NORMAL, INV_ARM2 = 0, 3, 4, 13, 14, 15, 17
+#: On leaving the contact stage: force on i (4-6), Q on j (10-12, only for laws with SEPARATE_SPINS, else that on i), Q on i
+#: (13-15), rolling resistance of both grains.
+FORCE, TWIST_J, TWIST, RESISTANCE = 4, 10, 13, 16
 BUFFER = 18
-SECOND_SPIN, FORCE, TWIST_J, TWIST, RESISTANCE = 10, 4, 10, 13, 16
-#: Between the loops of the contact stage: lever arm over the grain's radius, d / R_sum along the normal (0-2), tangential stiffness
-#: (3), relative velocity of the surfaces (4-6), and these: tangential damping, normal force over the lever arm and as it is. The
-#: arm's inverse square stays for type C.
-D_T, PUSH, NORMAL, INV_ARM2 = 13, 14, 15, 17
-
-#: Columns of the table of material pairs: E* and G* (Pa), dashpot ratio, static and rolling friction.
-PAIR_E, PAIR_G, PAIR_BETA, PAIR_MU_S, PAIR_MU_R = range(5)
 
 #: Unsigned constants: a signed computed index would cost a sign test per access.
 U = tuple(np.uint64(k) for k in range(16))
@@ -56,10 +55,10 @@ U = tuple(np.uint64(k) for k in range(16))
 class GrainArrays(NamedTuple):
     """The grains' records, flat: place (n PLACE,) float64, motion and remainder (n MOTION,) in the contact precision.
 
-    Small records, each within a cache line, and half the memory of velocities in float64 where contacts take float32. Motion and
-    remainder together hold a velocity to 48 bits then (compensated summation: Kahan 1965), so that no small change is lost.
-    Contacts see its first 24, as the grains' places do, so that both move alike. Limit: the relative velocity of two grains that
-    move together at v is good to 2^-24 v.
+    Each record lies within a cache line and takes half the memory of float64 where contacts are computed in float32. Motion and
+    remainder together then hold a velocity to 48 bits (compensated summation: Kahan 1965), so that no small change is lost.
+    Contacts and places both use the first 24 bits. Limit: the relative velocity of two grains that move together at v is accurate
+    to 2^-24 v.
     """
 
     place: np.ndarray
@@ -67,8 +66,35 @@ class GrainArrays(NamedTuple):
     remainder: np.ndarray
 
 
-#: Bytes of a page of memory. A processor takes a load for one of what was just stored if both stand at the same place in a page,
-#: and waits: arrays that are walked through side by side begin at different places, a quarter of a page apart.
+class Period(NamedTuple):
+    """Length of each axis' period in m and its reciprocal, (3,) each; both 0 where an axis is not periodic."""
+
+    length: np.ndarray
+    frequency: np.ndarray
+
+
+class State(NamedTuple):
+    """The moving part: grains, index of each grain's material (n,), load records."""
+
+    grains: GrainArrays
+    material: np.ndarray
+    loads: np.ndarray
+
+
+class Access(NamedTuple):
+    """Variants of gather and scatter, chosen by type when a kernel is compiled: None or not.
+
+    vector : explicit vector code instead of plain numba. images : Period, for separations to nearest images.
+    spins : the contact law needs the spin velocities of both grains and gives them different torques.
+    """
+
+    vector: bool | None
+    images: Period | None
+    spins: bool | None
+
+
+#: Bytes of a page of memory. A load that has the same offset in its page as a recent store stalls (4K aliasing), so arrays that are
+#: traversed together begin a quarter of a page apart.
 PAGE = 4096
 
 

@@ -3,13 +3,14 @@
     kinetic + potential + normal springs + tangential springs + rolling springs
         = work of the walls + exchanged - dissipated + springs remade + residual
 
-The contact laws are evaluated a second time here, in float64 and apart from the fast kernels, whose loads show in the kinetic
-energy. Every power is a force times the mean of the velocities before and after the step, which is exactly what changes the kinetic
-energy. What a tangential or rolling contact takes and its spring does not hold afterwards is dissipated (dashpot and sliding
-together: where a contact slides, the law has no separate dashpot). `residual` is what is left over: the time integration's error.
+The contact laws are evaluated a second time here, by the same functions (`dem.contact.model`) but in float64 and apart from the
+fast kernels, whose loads appear in the kinetic energy. Every power is a force times the mean of the velocities before and after
+the step, which equals the change of the kinetic energy. Dissipated energy = work done on the contact minus the change of its
+spring's energy (dashpot and sliding together: where a contact slides, the law has no separate dashpot). `residual` is the
+imbalance: the time integration's error.
 
-"Springs remade" is the law's own: the tangential stiffness 8 G* sqrt(R* delta) changes with the overlap while the spring
-keeps its elongation, and the part of a spring along a turning normal is dropped. That gives or takes energy, whatever the step
+"Springs remade" belongs to the law: the tangential stiffness 8 G* sqrt(R* delta) changes with the overlap while the spring
+keeps its elongation, and the part of a spring along a turning normal is dropped. That adds or removes energy at any time step
 (Elata & Berryman 1996, Mech. Mater. 24, 229).
 """
 
@@ -18,37 +19,48 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.contact.laws import mindlin
-from dem.contact.laws.rolling import braked
+from dem import bodies
+from dem.contact.laws.mindlin import flat, slip
+from dem.contact.laws.rolling_a import braked
+from dem.contact.model import (
+    Numbers,
+    Touch,
+    n_constants,
+    n_history,
+    normal_energy,
+    normal_force,
+    read,
+    rolling_spring,
+    spring_force,
+    tangential_damping,
+    tangential_energy,
+    tangential_limit,
+    tangential_stiffness,
+)
 from dem.jit import jit
 from dem.layout import (
     BLOCK,
-    C_N,
-    C_T,
     FREE,
+    GEOMETRY,
     INV_R_SUM,
     INVERSE_MASS,
-    K_N,
-    K_T,
     LOAD,
     MOTION,
-    MU_R,
-    MU_S,
     PLACE,
     QX,
     RADIUS,
     RESIST,
+    SHARE,
     SPEEDS,
     UX,
     VX,
     GrainArrays,
 )
-from dem.lists.grid import nearest_image
+from dem.lists.grid import nearest
 from dem.lists.slabs import SLABS
 from dem.step.motion import velocity
-from dem.walls import wall_separation
 
-#: Entries of the ledger (J). The first six are what there is now, the others have added up since the start.
+#: Entries of the ledger (J). The first six are current values, the others accumulate from the start.
 ENTRIES = (
     "kinetic",
     "potential",
@@ -77,107 +89,118 @@ ENTRIES = (
 ) = range(len(ENTRIES))
 
 #: Columns of the notes on a contact between `note_contacts` and `book_contacts`: normal (3), force of the normal dashpot,
-#: tangential force (3) and what its spring gains, force of the rolling spring (3) and what it gains, d / R_sum.
-NOTES = 13
-NORMAL, DASHPOT, FORCE, GAIN, ROLLING_FORCE, ROLLING_GAIN, ARM = 0, 3, 4, 7, 8, 11, 12
+#: tangential force (3), gain of its spring, force of the rolling spring (3), its gain, d / R_sum.
+NORMAL, DASHPOT, FORCE, GAIN, ROLLING_FORCE, ROLLING_GAIN, ARM, NOTES = 0, 3, 4, 7, 8, 11, 12, 13
+
+#: Stands in for zero in float64, as `dem.contact.model.TINY` does in the contact precision.
+TINY = 1e-150
 
 
 class Ledger(NamedTuple):
-    """Entries (len(ENTRIES),) in J, and room for notes on contacts of pairs and walls, (NOTES,) each."""
+    """Entries (len(ENTRIES),) in J, and space for notes on contacts of pairs and surfaces, (NOTES,) each."""
 
     entries: np.ndarray
     pairs: np.ndarray
-    walls: np.ndarray
+    surfaces: np.ndarray
+
+
+class At(NamedTuple):
+    """One contact: grain i, grain or surface j, its constants and history (from their first value on)."""
+
+    i: int
+    j: int
+    constants: np.ndarray
+    history: np.ndarray
 
 
 @jit
-def note_contacts(contacts, s, walls, grains, period, frequency, notes, entries, constants, type_c):
-    """Evaluate the laws of the contacts of slab or wall s at the grains' state, before the kernels change their history.
+def note_contacts(s, contacts, scene, run, notes, entries):
+    """Evaluate the laws of the contacts of slab or part s at the grains' state, before the kernels change their history.
 
-    walls : None for contacts between grains. Sets `notes` and adds the springs' energies to `entries`; elongations before the
-    step are those that are left after turning with the normal.
+    scene : None for contacts between grains, else with their surfaces. Sets `notes` and adds the springs' energies to `entries`.
     """
-    dt = float(constants.dt)
-    first, second = contacts.first, contacts.second
     for k in range(contacts.begin[s], contacts.begin[s] + contacts.count[s]):
-        note = notes[k]
-        note[:] = 0.0
         q = k % BLOCK
         c = contacts.common[0, q:] if contacts.alike[0] else contacts.constants[k // BLOCK, q:]
-        h = contacts.history[k // BLOCK, q:]
-        i = first[k]
-        R_j = 0.0
-        nx, ny, nz = separation(grains, i, second[k], walls, period, frequency)
-        if walls is None:
-            R_j = grains.place[PLACE * second[k] + RADIUS]
-        d = math.sqrt(nx * nx + ny * ny + nz * nz)
-        overlap = grains.place[PLACE * i + RADIUS] + R_j - d
-        if overlap <= 0.0:
-            continue
-        nx, ny, nz = nx / d, ny / d, nz / d
-        arm = d * float(c[INV_R_SUM * BLOCK])
-        v = relative_velocity(grains, i, second[k], walls)
-        u = spin_sum(grains, i, second[k], walls)
-        v_n = v[0] * nx + v[1] * ny + v[2] * nz
-        tx = v[0] - v_n * nx + arm * (ny * u[2] - nz * u[1])
-        ty = v[1] - v_n * ny + arm * (nz * u[0] - nx * u[2])
-        tz = v[2] - v_n * nz + arm * (nx * u[1] - ny * u[0])
-        root = math.sqrt(overlap)
-        fourth_root = math.sqrt(root)
-        spring_n = float(c[K_N * BLOCK]) * root * overlap
-        f_n = max(spring_n - float(c[C_N * BLOCK]) * fourth_root * v_n, float(constants.least))
-        S_t = float(c[K_T * BLOCK]) * root
-        D_t = float(c[C_T * BLOCK]) * fourth_root
-        sx, sy, sz = flat(float(h[0]), float(h[BLOCK]), float(h[2 * BLOCK]), nx, ny, nz)
-        limit = float(c[MU_S * BLOCK]) * max(f_n, 0.0)
-        ax, ay, az = sx + tx * dt, sy + ty * dt, sz + tz * dt
-        factor = mindlin.slip(S_t * S_t * (ax * ax + ay * ay + az * az), limit, 1.0, 1e-150)
-        ax, ay, az = factor * ax, factor * ay, factor * az
-        before = 0.5 * S_t * (sx * sx + sy * sy + sz * sz)
-        after = 0.5 * S_t * (ax * ax + ay * ay + az * az)
-        fx, fy, fz = S_t * ax + D_t * tx, S_t * ay + D_t * ty, S_t * az + D_t * tz
-        factor = mindlin.slip(fx * fx + fy * fy + fz * fz, limit, 1.0, 1e-150)
-        fx, fy, fz = factor * fx, factor * fy, factor * fz
-        note[NORMAL], note[NORMAL + 1], note[NORMAL + 2], note[ARM] = nx, ny, nz, arm
-        note[DASHPOT] = f_n - spring_n
-        note[FORCE], note[FORCE + 1], note[FORCE + 2], note[GAIN] = fx, fy, fz, after - before
-        entries[NORMAL_SPRINGS] += 0.4 * spring_n * overlap
-        entries[SPRINGS_REMADE] += before
-        entries[TANGENTIAL_SPRINGS] += after
-        if type_c:
-            resistance = float(c[MU_R * BLOCK]) * max(f_n, 0.0)
-            note_rolling(note, h, S_t, resistance, nx, ny, nz, rolling_velocity(grains, i, second[k], walls), dt, entries)
+        at = At(contacts.first[k], contacts.second[k], c, contacts.history[k // BLOCK, q:])
+        note_contact(at, scene, run, notes[k], entries)
 
 
 @jit
-def note_rolling(note, h, S_t, resistance, nx, ny, nz, rolling, dt, entries):
-    """The rolling spring's part of `note_contacts`; resistance : mu_r F_n, rolling : rolling velocity (3,)."""
-    ax, ay, az = flat(float(h[3 * BLOCK]), float(h[4 * BLOCK]), float(h[5 * BLOCK]), nx, ny, nz)
-    rx, ry, rz = flat(rolling[0], rolling[1], rolling[2], nx, ny, nz)
-    sx, sy, sz = ax + rx * dt, ay + ry * dt, az + rz * dt
-    factor = mindlin.slip(S_t * S_t * (sx * sx + sy * sy + sz * sz), resistance, 1.0, 1e-150)
-    sx, sy, sz = factor * sx, factor * sy, factor * sz
-    before = 0.5 * S_t * (ax * ax + ay * ay + az * az)
-    after = 0.5 * S_t * (sx * sx + sy * sy + sz * sz)
-    note[ROLLING_FORCE], note[ROLLING_FORCE + 1], note[ROLLING_FORCE + 2] = S_t * sx, S_t * sy, S_t * sz
-    note[ROLLING_GAIN] = after - before
+def note_contact(at, scene, run, note, entries):
+    """The part of `note_contacts` for one contact; elongations before the step are those left after turning with the normal."""
+    grains, laws, c, h = run.state.grains, run.model.laws, at.constants, at.history
+    dt = float(laws.numbers.dt)
+    note[:] = 0.0
+    nx, ny, nz = separation(grains, at.i, at.j, scene, run.model.access.images)
+    d = math.sqrt(nx * nx + ny * ny + nz * nz)
+    overlap = grains.place[PLACE * at.i + RADIUS] + second_radius(grains, at.j, scene) - d
+    if overlap <= 0.0:
+        return
+    nx, ny, nz = nx / d, ny / d, nz / d
+    arm = d * float(c[INV_R_SUM * BLOCK])
+    v = relative_velocity(grains, at.i, at.j, scene)
+    u = spin_sum(grains, at.i, at.j, scene)
+    v_n = v[0] * nx + v[1] * ny + v[2] * nz
+    tx = v[0] - v_n * nx + arm * (ny * u[2] - nz * u[1])
+    ty = v[1] - v_n * ny + arm * (nz * u[0] - nx * u[2])
+    tz = v[2] - v_n * nz + arm * (nx * u[1] - ny * u[0])
+    root = math.sqrt(overlap)
+    fourth_root = math.sqrt(root)
+    row_t = GEOMETRY + n_constants(laws.normal)
+    normal, tangential = read(laws.normal, c, GEOMETRY * BLOCK), read(laws.tangential, c, row_t * BLOCK)
+    f_n = normal_force(normal, overlap, root, fourth_root, v_n)
+    pressing = max(f_n, 0.0)
+    S_t, D_t = tangential_stiffness(tangential, root), tangential_damping(tangential, fourth_root)
+    o = n_history(laws.normal) * BLOCK
+    sx, sy, sz = flat(float(h[o]), float(h[o + BLOCK]), float(h[o + 2 * BLOCK]), nx, ny, nz)
+    limit = tangential_limit(tangential, pressing)
+    ax, ay, az = sx + tx * dt, sy + ty * dt, sz + tz * dt
+    factor = slip(S_t * S_t * (ax * ax + ay * ay + az * az), limit, 1.0, TINY)
+    ax, ay, az = factor * ax, factor * ay, factor * az
+    before = tangential_energy(tangential, S_t, sx * sx + sy * sy + sz * sz)
+    after = tangential_energy(tangential, S_t, ax * ax + ay * ay + az * az)
+    fx, fy, fz = S_t * ax + D_t * tx, S_t * ay + D_t * ty, S_t * az + D_t * tz
+    factor = slip(fx * fx + fy * fy + fz * fz, limit, 1.0, TINY)
+    fx, fy, fz = factor * fx, factor * fy, factor * fz
+    note[NORMAL], note[NORMAL + 1], note[NORMAL + 2], note[ARM] = nx, ny, nz, arm
+    note[DASHPOT] = f_n - spring_force(normal, overlap, root)
+    note[FORCE], note[FORCE + 1], note[FORCE + 2], note[GAIN] = fx, fy, fz, after - before
+    entries[NORMAL_SPRINGS] += normal_energy(normal, overlap, root)
     entries[SPRINGS_REMADE] += before
-    entries[ROLLING_SPRINGS] += after
+    entries[TANGENTIAL_SPRINGS] += after
+    touch = Touch(nx, ny, nz, 1.0, S_t, pressing, float(c[SHARE * BLOCK]))
+    note_rolling(at, touch, rolling_velocity(grains, at.i, at.j, scene), note, entries, laws, laws.separate)
 
 
 @jit
-def book_contacts(contacts, s, walls, mean, notes, entries, dt):
-    """Of the contacts of slab or wall s, book what the dashpots and sliding and rolling contacts lose in this step.
+def note_rolling(at, touch, velocity, note, entries, laws, separate):
+    """The rolling spring's part of `note_contact`; velocity : rolling velocity (3,). A brake is booked with the grains."""
+    if separate is not None:
+        row = GEOMETRY + n_constants(laws.normal) + n_constants(laws.tangential)
+        o = (n_history(laws.normal) + n_history(laws.tangential)) * BLOCK
+        numbers = Numbers(float(laws.numbers.dt), 1.0, 0.0, TINY)
+        law = read(laws.rolling, at.constants, row * BLOCK)
+        fx, fy, fz, before, after = rolling_spring(law, at.history, o, touch, velocity, numbers)
+        note[ROLLING_FORCE], note[ROLLING_FORCE + 1], note[ROLLING_FORCE + 2] = fx, fy, fz
+        note[ROLLING_GAIN] = after - before
+        entries[SPRINGS_REMADE] += before
+        entries[ROLLING_SPRINGS] += after
+
+
+@jit
+def book_contacts(s, contacts, scene, run, mean, notes, entries):
+    """Book the losses of dashpots and of sliding and rolling contacts of slab or part s in this step.
 
     mean : the grains with mean velocities, in float64.
     """
-    first, second = contacts.first, contacts.second
+    first, second, dt = contacts.first, contacts.second, run.model.step_s
     for k in range(contacts.begin[s], contacts.begin[s] + contacts.count[s]):
         note = notes[k]
         i = first[k]
         n = note[NORMAL : NORMAL + 3]
-        v = relative_velocity(mean, i, second[k], walls)
-        u = spin_sum(mean, i, second[k], walls)
+        v = relative_velocity(mean, i, second[k], scene)
+        u = spin_sum(mean, i, second[k], scene)
         v_n = v[0] * n[0] + v[1] * n[1] + v[2] * n[2]
         arm = note[ARM]
         t = (
@@ -186,7 +209,7 @@ def book_contacts(contacts, s, walls, mean, notes, entries, dt):
             v[2] - v_n * n[2] + arm * (n[0] * u[1] - n[1] * u[0]),
         )
         entries[NORMAL_DASHPOTS] -= note[DASHPOT] * v_n * dt
-        r = rolling_velocity(mean, i, second[k], walls)
+        r = rolling_velocity(mean, i, second[k], scene)
         for a in range(3):
             entries[SLIDING] += note[FORCE + a] * t[a] * dt
             entries[ROLLING] += note[ROLLING_FORCE + a] * r[a] * dt
@@ -195,17 +218,25 @@ def book_contacts(contacts, s, walls, mean, notes, entries, dt):
 
 
 @jit
-def separation(grains, i, j, walls, period, frequency):
-    """Vector in m from grain or wall j to grain i."""
+def second_radius(grains, j, scene):
+    """Radius in m of grain j; 0 for a surface."""
+    if scene is None:
+        return grains.place[PLACE * j + RADIUS]
+    return 0.0
+
+
+@jit
+def separation(grains, i, j, scene, images):
+    """Vector in m from grain or surface j to grain i."""
     place, o = grains.place, PLACE * i
-    if walls is None:
+    if scene is None:
         p = PLACE * j
         return (
-            nearest_image(place[o] - place[p], period[0], frequency[0]),
-            nearest_image(place[o + 1] - place[p + 1], period[1], frequency[1]),
-            nearest_image(place[o + 2] - place[p + 2], period[2], frequency[2]),
+            nearest(place[o] - place[p], 0, images),
+            nearest(place[o + 1] - place[p + 1], 1, images),
+            nearest(place[o + 2] - place[p + 2], 2, images),
         )
-    return wall_separation(place, o, walls, j)
+    return bodies.separation(place, o, scene.surfaces, j)
 
 
 @jit
@@ -215,31 +246,31 @@ def three(motion, i):
 
 
 @jit
-def relative_velocity(grains, i, j, walls):
-    """Velocity in m/s of grain i against grain or wall j, as contacts see it."""
+def relative_velocity(grains, i, j, scene):
+    """Velocity in m/s of grain i against grain or surface j, as contacts see it."""
     x, y, z = three(grains.motion, MOTION * i + VX)
-    if walls is None:
+    if scene is None:
         a, b, c = three(grains.motion, MOTION * j + VX)
         return x - a, y - b, z - c
-    v = walls.velocity[j]
+    v = scene.bodies.velocity[scene.surfaces.body[j]]
     return x - v[0], y - v[1], z - v[2]
 
 
 @jit
-def spin_sum(grains, i, j, walls):
-    """u_i + u_j in m/s (u = radius x angular velocity); a wall does not turn."""
+def spin_sum(grains, i, j, scene):
+    """u_i + u_j in m/s (u = radius x angular velocity); a surface does not turn."""
     x, y, z = three(grains.motion, MOTION * i + UX)
-    if walls is None:
+    if scene is None:
         a, b, c = three(grains.motion, MOTION * j + UX)
         return x + a, y + b, z + c
     return x, y, z
 
 
 @jit
-def rolling_velocity(grains, i, j, walls):
-    """Rolling velocity in m/s of grain i on grain or wall j (see `dem.contact.laws.rolling`)."""
+def rolling_velocity(grains, i, j, scene):
+    """Rolling velocity in m/s of grain i on grain or surface j (see `dem.contact.laws.rolling_c`)."""
     x, y, z = three(grains.motion, MOTION * i + UX)
-    if walls is None:
+    if scene is None:
         a, b, c = three(grains.motion, MOTION * j + UX)
         r_i, r_j = grains.place[PLACE * i + RADIUS], grains.place[PLACE * j + RADIUS]
         p, q = r_j / (r_i + r_j), r_i / (r_i + r_j)
@@ -248,18 +279,12 @@ def rolling_velocity(grains, i, j, walls):
 
 
 @jit
-def flat(x, y, z, nx, ny, nz):
-    """A vector without its part along the unit vector n."""
-    along = x * nx + y * ny + z * nz
-    return x - along * nx, y - along * ny, z - along * nz
-
-
-@jit
-def book_grains(grains, loads, gravity, dt, mean, entries):
+def book_grains(state, gravity, dt, mean, entries):
     """Kinetic (at this instant and half a step later) and potential energy, losses of type A rolling; fills `mean`.
 
     The stored velocities are half a step behind; with the loads those half a step ahead follow, as in `dem.step.motion.integrate`.
     """
+    grains, loads = state.grains, state.loads
     for k in range(grains.place.shape[0] // PLACE):
         o, i, a = k * PLACE, k * MOTION, k * LOAD
         for t in SPEEDS:
@@ -293,29 +318,33 @@ def book_grains(grains, loads, gravity, dt, mean, entries):
 
 
 @jit
-def note_step(grains, period, frequency, contacts, walls, wall_contacts, constants, ledger, type_c):
-    """Before the forces of a step: evaluate all contacts."""
-    entries = ledger.entries
-    entries[SPRINGS_REMADE] -= entries[TANGENTIAL_SPRINGS] + entries[ROLLING_SPRINGS]
-    entries[KINETIC : KINETIC_AFTER + 1] = 0.0
-    for s in range(SLABS):
-        note_contacts(contacts, s, None, grains, period, frequency, ledger.pairs, entries, constants, type_c)
-    for part in range(wall_contacts.count.shape[0]):
-        note_contacts(wall_contacts, part, walls, grains, period, frequency, ledger.walls, entries, constants, type_c)
+def note_step(run, ledger):
+    """Before the forces of a step: evaluate all contacts. ledger : None, or a Ledger (also below)."""
+    if ledger is not None:
+        entries, pairs, surfaces = ledger.entries, run.lists.pairs.contacts, run.lists.surfaces.contacts
+        entries[SPRINGS_REMADE] -= entries[TANGENTIAL_SPRINGS] + entries[ROLLING_SPRINGS]
+        entries[KINETIC : KINETIC_AFTER + 1] = 0.0
+        for s in range(SLABS):
+            note_contacts(s, pairs, None, run, ledger.pairs, entries)
+        for part in range(surfaces.count.shape[0]):
+            note_contacts(part, surfaces, run.scene, run, ledger.surfaces, entries)
 
 
 @jit
-def book_step(grains, loads, contacts, walls, wall_contacts, gravity, dt, ledger):
-    """After the forces of a step and before anything moves: book what it does."""
-    mean, entries = GrainArrays(grains.place, np.empty(grains.motion.shape[0]), grains.remainder), ledger.entries
-    book_grains(grains, loads, gravity, dt, mean, entries)
-    for s in range(SLABS):
-        book_contacts(contacts, s, None, mean, ledger.pairs, entries, dt)
-    for part in range(wall_contacts.count.shape[0]):
-        book_contacts(wall_contacts, part, walls, mean, ledger.walls, entries, dt)
-    for w in range(walls.kind.shape[0]):
-        for t in range(3):
-            entries[WORK_OF_WALLS] -= walls.force[w, t] * walls.velocity[w, t] * dt
+def book_step(run, ledger):
+    """After the forces of a step and before anything moves: book its powers."""
+    if ledger is not None:
+        state, scene, dt, entries = run.state, run.scene, run.model.step_s, ledger.entries
+        pairs, surfaces = run.lists.pairs.contacts, run.lists.surfaces.contacts
+        mean = GrainArrays(state.grains.place, np.empty(state.grains.motion.shape[0]), state.grains.remainder)
+        book_grains(state, scene.gravity, dt, mean, entries)
+        for s in range(SLABS):
+            book_contacts(s, pairs, None, run, mean, ledger.pairs, entries)
+        for part in range(surfaces.count.shape[0]):
+            book_contacts(part, surfaces, scene, run, mean, ledger.surfaces, entries)
+        for w in range(scene.bodies.force.shape[0]):
+            for t in range(3):
+                entries[WORK_OF_WALLS] -= scene.bodies.force[w, t] * scene.bodies.velocity[w, t] * dt
 
 
 def summary(entries: np.ndarray, exchanged_j: float) -> dict[str, float]:

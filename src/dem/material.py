@@ -3,7 +3,6 @@
 import math
 from dataclasses import dataclass
 
-from dem.contact.laws import hertz, mindlin
 from dem.html import Rich
 
 
@@ -11,10 +10,6 @@ def require(condition: bool, name: str, value, allowed: str) -> None:
     """Raise ValueError naming the quantity, its value and what is allowed, unless the condition holds."""
     if not condition:
         raise ValueError(f"{name} is {value}; allowed: {allowed}.")
-
-
-#: Name -> dashpot ratio as a function of the restitution.
-DAMPING_MODELS = {"edem": hertz.damping_ratio, "no_pull": hertz.damping_ratio_without_pull}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +28,7 @@ class Material(Rich):
 
 @dataclass(frozen=True, kw_only=True)
 class Interaction(Rich):
-    """How two materials interact: coefficients of restitution, static friction and rolling friction."""
+    """Interaction of two materials: coefficients of restitution, static friction and rolling friction."""
 
     restitution: float
     static_friction: float
@@ -43,17 +38,3 @@ class Interaction(Rich):
         require(0 < self.restitution <= 1, "restitution", self.restitution, "above 0, at most 1")
         require(0 <= self.static_friction < math.inf, "static_friction", self.static_friction, "zero or positive")
         require(0 <= self.rolling_friction < math.inf, "rolling_friction", self.rolling_friction, "zero or positive")
-
-
-def pair_constants(
-    a: Material, b: Material, interaction: Interaction, damping_model: str = "edem"
-) -> tuple[float, float, float, float, float]:
-    """A row of the pair table (see `dem.layout`): E*, G* in Pa, dashpot ratio, static and rolling friction."""
-    moduli = (a.shear_modulus_pa, a.poisson_ratio, b.shear_modulus_pa, b.poisson_ratio)
-    return (
-        hertz.effective_young_modulus(*moduli),
-        mindlin.effective_shear_modulus(*moduli),
-        DAMPING_MODELS[damping_model](interaction.restitution),
-        interaction.static_friction,
-        interaction.rolling_friction,
-    )

@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from dem import Grains
+from dem import Grains, Material, Simulation
 from dem.experiments import angle_of_repose
 from dem.experiments.soil import Engine, Soil
 from dem.measure import heap
 
 RADIUS = 1e-3
+STEEL = Material(density_kg_m3=7800.0, poisson_ratio=0.3, shear_modulus_pa=5e7)
 
 
 def make(static_friction, rolling_friction, max_time_s=2.0):
@@ -59,3 +60,20 @@ def test_too_few_grains_are_flat_however_high():
     tower = Grains(positions, np.zeros((n, 3)), np.zeros((n, 3)), np.full(n, RADIUS))
     assert angle_of_repose.is_flat(tower, 10 * n + 1)
     assert not angle_of_repose.is_flat(tower, n)
+
+
+def test_every_setting_of_the_engine_reaches_the_simulation(monkeypatch):
+    monkeypatch.setattr("dem.compiled.ensure", lambda *_, **__: None)
+    engine = Engine(
+        rolling_model="type_c",
+        damping_model="no_pull",
+        precision="float64",
+        vector_code=False,
+        energy_ledger=True,
+        gravity_m_s2=5.0,
+        time_step_rayleigh_ratio=0.1,
+    )
+    simulation = Simulation(materials={"soil": STEEL}, interactions={}, smallest_radius_m=RADIUS, **engine.options)
+    assert engine.options.items() <= (simulation._settings | {"gravity_m_s2": (0.0, 0.0, -5.0)}).items()
+    assert simulation.gravity_m_s2 == (0.0, 0.0, -5.0)
+    assert set(engine.options) | {"stiffness_reduction"} == set(Engine.__dataclass_fields__)

@@ -41,7 +41,7 @@ def ensured(cache, ledger=False):
     """Ask for the kernels as a new process would; how many times the compiler was called."""
     compiled._found.clear()
     cache.calls.clear()
-    compiled.ensure("float32", False, ledger)
+    compiled.ensure("float32", False, ledger, periodic=False)
     assert all((cache.folder / name).read_bytes().startswith(content) for name, content in KERNELS.items())
     return len(cache.calls)
 
@@ -79,7 +79,7 @@ def test_an_index_that_another_variant_made_longer_keeps_the_kernels(cache):
 @pytest.mark.parametrize("content", [b"", b"[]", b"{", b"\xff", json.dumps({"dem_0/gone.nbc": "0"}).encode()])
 def test_a_marker_that_says_nothing_is_not_believed(cache, content):
     ensured(cache)
-    compiled.marker("float32", False, False).write_bytes(content)
+    compiled.marker(compiled.Variant()).write_bytes(content)
     assert [ensured(cache), ensured(cache)] == [1, 0]
 
 
@@ -94,7 +94,7 @@ def test_a_compiler_that_fails_is_named_with_its_folder(cache, monkeypatch):
 @pytest.mark.slow
 def test_a_truncated_kernel_gives_the_same_simulation(tmp_path):
     """A copy of the real cache, with one kernel cut: it is compiled anew, and the result has the bytes of the sound one."""
-    compiled.ensure()
+    compiled.ensure(periodic=False)
     folder = Path(os.environ["NUMBA_CACHE_DIR"])
     copy = Path(shutil.copytree(folder, tmp_path / "copy"))
 

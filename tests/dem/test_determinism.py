@@ -43,10 +43,10 @@ def test_another_place_or_a_touched_file_needs_its_own_compilation(monkeypatch, 
     markers = []
     for copy in (*copies, copies[1]):
         monkeypatch.setattr(jit, "PACKAGE", copy)
-        markers.append(compiled.marker("float32", False, False))
+        markers.append(compiled.marker(compiled.Variant()))
         os.utime(copy / "step" / "loop.py", (1e9, 1e9))
     assert len(set(markers)) == 3
-    assert len({compiled.marker("float32", False, False), compiled.marker("float64", False, False)}) == 2
+    assert len({compiled.marker(compiled.Variant(precision)) for precision in ("float32", "float64")}) == 2
 
 
 @pytest.mark.slow

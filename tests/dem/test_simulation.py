@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import dem
-from dem.layout import BLOCK, INVERSE_MASS, MOTION, PLACE, RADIUS, GrainArrays
-from dem.lists import blocks, grid, history, pairs, slabs, surfaces
+from dem import shapes
+from dem.layout import BLOCK, INVERSE_MASS, MOTION, PLACE, RADIUS, GrainArrays, Period
+from dem.lists import blocks, grid, history, pairs, slabs, storage, surfaces
 from dem.step import loop, schedule
 
 MATERIAL = dem.Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)
@@ -64,7 +65,9 @@ def find_pairs(positions, radii, period, skin, capacity):
     grains = GrainArrays(place.ravel(), motion.ravel(), remainder.ravel())
     row, owner, partner = np.zeros((n, 2), np.int64), np.zeros(capacity, np.int32), np.zeros(capacity, np.int32)
     order, slab = np.zeros(n, np.int64), np.zeros(slabs.SLABS + 1, np.int64)
-    m = pairs.find_pairs(grains, np.asarray(period, float), skin, row, owner, partner, order, slab)
+    period, outer = np.asarray(period, float), storage.Outer(row, owner, partner, np.zeros((capacity, 3)), order, slab)
+    images = Period(period, grid.frequencies(period)) if period.any() else None
+    m = pairs.find_pairs(grains, period, images, skin, outer)
     assert m < 0 or all((owner[begin:end] == i).all() for i, (begin, end) in enumerate(row))
     return m, row, partner, order, slab
 
@@ -119,7 +122,7 @@ def test_a_crowd_that_overflows_the_first_lists_runs_like_any_other():
     angles = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     ring = np.column_stack([5.3e-3 * np.cos(angles), 5.3e-3 * np.sin(angles), np.full(60, 5e-3)])
     simulation.add_grains(ring, 0.25e-3, "soil")
-    simulation._lengthen(1)
+    simulation._state.lengthen(loop.PAIRS_FULL)
     simulation.advance(200)
     assert simulation.n_grains == 61
 
@@ -150,7 +153,7 @@ def test_changes_far_smaller_than_the_rounding_of_a_velocity_add_up(precision, v
     places = [(0, 3 * k * RADIUS_M, 0) for k in range(20)]  # some in whole vectors, some left over
     simulation.add_grains(places, RADIUS_M, "soil", velocities_m_s=(speed, 0.0, 0.0))
     simulation.advance(n_steps)
-    motion, remainder = (x.reshape(20, MOTION)[:, 0].astype(np.longdouble) for x in simulation._grains[1:])
+    motion, remainder = (x.reshape(20, MOTION)[:, 0].astype(np.longdouble) for x in simulation._state.grains[1:])
     expected = np.longdouble(gravity) * simulation.time_step_s * n_steps
     assert expected == pytest.approx(6 * speed * np.finfo(precision).eps)
     assert (np.abs((motion - speed) + remainder - expected) <= 1e-4 * expected).all()
@@ -327,7 +330,7 @@ def wide_bed(threads=1, period_x=0.0, n_grains=36_000):
     sizes = dem.Sizes(mean_m=RADIUS_M)
     simulation.add_factory(dem.Factory(n_grains=n_grains, region=region, sizes=sizes, material="soil", seed=1))
     simulation.advance(2500)
-    assert slabs.used_slabs(simulation._pairs.slab) > schedule.GROUPS
+    assert slabs.used_slabs(simulation._state.lists.pairs.outer.slab) > schedule.GROUPS
     return simulation
 
 
@@ -345,8 +348,8 @@ def test_grains_that_move_at_once_move_as_when_all_wait_for_all_loads(period_x):
     for at_once in (True, False):
         s = wide_bed(period_x=period_x)
         advance_by_hand(s, at_once, n_steps=20)
-        results.append((b"".join(values.tobytes() for values in s._grains), s._contacts.history.tobytes()))
-        assert not s._loads.any()
+        results.append((b"".join(values.tobytes() for values in s._state.grains), s._state.lists.pairs.contacts.history.tobytes()))
+        assert not s._state.loads.any()
     assert results[0] == results[1]
 
 
@@ -363,10 +366,10 @@ def test_grains_of_a_dense_packing_move_at_once_as_when_all_wait(shape, periodic
         s.add_grains(places, RADIUS_M, "soil", rng.normal(0, 0.05, places.shape), rng.normal(0, 10.0, places.shape))
         s.advance(1)
         advance_by_hand(s, at_once, n_steps=20)
-        assert slabs.used_slabs(s._pairs.slab) == (4 if len(places) > 4000 else 1)
-        assert s._contacts.count.max() > 16 * BLOCK
-        results.append((b"".join(values.tobytes() for values in s._grains), s._contacts.history.tobytes()))
-        assert not s._loads.any()
+        assert slabs.used_slabs(s._state.lists.pairs.outer.slab) == (4 if len(places) > 4000 else 1)
+        assert s._state.lists.pairs.contacts.count.max() > 16 * BLOCK
+        results.append((b"".join(values.tobytes() for values in s._state.grains), s._state.lists.pairs.contacts.history.tobytes()))
+        assert not s._state.loads.any()
     assert results[0] == results[1]
 
 
@@ -396,8 +399,8 @@ def long_packing(threads=1, periodic=False, driven=False, n_steps=50):
     s.add_grains(pair, RADIUS_M, "soil", [[speed_m_s, 0, 0], [-speed_m_s, 0, 0]])
     s.advance(n_steps)
     way_m = np.linalg.norm(s.grains.velocities_m_s, axis=1).max() * s.time_step_s
-    reach_m, _ = loop.reaches(way_m, 0.0, s._skin)
-    assert loop.steps_within(0.5 * reach_m, way_m, slabs.used_slabs(s._pairs.slab)) == schedule.STEPS_AT_ONCE
+    reach_m, _ = loop.cutoffs(way_m, 0.0, s._runner.skin)
+    assert loop.steps_within(0.5 * reach_m, way_m, slabs.used_slabs(s._state.lists.pairs.outer.slab)) == schedule.STEPS_AT_ONCE
     return s
 
 
@@ -416,7 +419,7 @@ def test_steps_made_at_once_are_those_made_one_by_one(periodic):
 @pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one processor core")
 def test_steps_made_at_once_give_the_same_bytes_for_any_number_of_threads():
     one, two = (long_packing(threads) for threads in (1, 2))
-    for a, b in zip(one._grains, two._grains, strict=True):
+    for a, b in zip(one._state.grains, two._state.grains, strict=True):
         assert a.tobytes() == b.tobytes()
     assert one.mean_wall_forces_n["floor"].tobytes() == two.mean_wall_forces_n["floor"].tobytes()
 
@@ -431,23 +434,17 @@ def test_so_many_steps_at_once_that_grains_twice_as_fast_stay_within_the_way(way
 
 def advance_by_hand(s, at_once, n_steps):
     """Steps without contacts with walls and without upkeep of the lists."""
-    n_walls = len(s.wall_names)
-    no_walls = schedule.WallSteps(np.zeros((1, n_walls, 7)), np.zeros((slabs.SLABS, n_walls, 3)), np.zeros((1, 4 * BLOCK)))
-    frequency = grid.frequencies(s._period)
-    blocks.common_constants(s._grains, s._contacts, s._pair_table, 1, s._material)
-    reach = 0.1 * s._skin
-    assert schedule.prune(
-        s._grains, s._period, frequency, s._options.periodic, s._pairs, reach, s._contacts, s._pair_table, 1, s._material
-    )
-    assert s._contacts.count.sum() > 1000
+    state, model = s._state, s._runner.model
+    run = schedule.Run(state.view(), state.scene(), state.lists, model, s._runner.scratch())
+    contacts = state.lists.pairs.contacts
+    blocks.common_constants(run.state, contacts, model)
+    assert schedule.prune(run.state, state.lists.pairs, 0.1 * s._runner.skin, model, None)
+    assert contacts.count.sum() > 1000
     for _ in range(n_steps):
-        schedule.steps(
-            1, at_once, s._grains, s._loads, s._contacts, s._walls, s._wall_contacts, no_walls, s._pairs, s._period,
-            frequency, s._gravity, s._buffers, s._speeds, s._constants, s._options,
-        )  # fmt: skip
+        schedule.steps(schedule.Plan(1, at_once), run, None)
         if not at_once:
-            assert s._loads.any()
-            schedule.move(s._grains, s._loads, s._pairs, s._gravity, s._speeds, s._constants, s._options)
+            assert state.loads.any()
+            schedule.move(run, None)
 
 
 def test_contacts_with_walls_stand_wall_by_wall_and_keep_their_history():
@@ -463,22 +460,22 @@ def test_contacts_with_walls_stand_wall_by_wall_and_keep_their_history():
     x, y = 2.2 * RADIUS_M * np.stack(np.meshgrid(np.arange(side), np.arange(side))).reshape(2, -1)
     simulation.add_grains(np.column_stack([x, y, np.full(side**2, RADIUS_M)]), RADIUS_M, "soil")
     simulation.advance(1)
-    contacts, outer = simulation._wall_contacts, simulation._wall_pairs
+    state, model = simulation._state, simulation._runner.model
+    outer, _, contacts = state.lists.surfaces
     outer.history[:] = kept = np.random.default_rng(1).normal(size=outer.history.shape).astype(outer.history.dtype)
-    one_slab, lists = np.empty(0, np.int32), (simulation._pair_table, 1, simulation._material)
-    surfaces.prune_walls(simulation._grains, simulation._walls, outer, one_slab, 0.1 * RADIUS_M, contacts, *lists)
+    surfaces.prune_surfaces(state.view(), state.surfaces, state.lists, 0.1 * RADIUS_M, model)
     assert contacts.count.tolist() == [side**2, 0, side**2, side]
     used = []
-    for w, wall in enumerate(simulation._wall_definitions):
+    for w, wall in enumerate(state.walls):
         own = slice(contacts.begin[w], contacts.begin[w] + contacts.count[w])
         assert contacts.begin[w] % blocks.LINE == 0
         assert (contacts.second[own] == w).all()
-        near = dem.walls.distance_to(wall, simulation._places[:, :3]) < 1.1 * RADIUS_M
+        near = shapes.distance(wall, state.places[:, :3]) < 1.1 * RADIUS_M
         assert contacts.first[own].tolist() == np.flatnonzero(near).tolist()
         used += contacts.slot[own].tolist()
     assert len(set(used)) == len(used) == 2 * side**2 + side
     outer.history[:] = 0.0
-    loop.save_with_walls(contacts, outer.history)
+    loop.save_at_surfaces(state.lists.surfaces)
     assert (outer.history[used] == kept[used]).all()
     assert not contacts.count.any()
 
@@ -487,9 +484,9 @@ def test_sorting_in_space_leaves_grains_and_contacts_as_they_were():
     simulation = box_of_grains()
     simulation.advance(3000)
     before, kept = simulation.grains, loop_history(simulation)
-    simulation._sort_in_space()
+    simulation._runner.sort_in_space()
     after = simulation.grains
-    assert (simulation._ids != np.arange(simulation.n_grains)).any()
+    assert (simulation._state.ids != np.arange(simulation.n_grains)).any()
     assert before.positions_m.tobytes() == after.positions_m.tobytes()
     assert loop_history(simulation) == kept
     assert any(any(h) for h in kept.values())
@@ -499,16 +496,16 @@ def loop_history(simulation):
     """{pair of grain ids: contact history}, pairs in the order of their ids."""
     history = {}
     for i in range(simulation.n_grains):
-        for k in range(*simulation._pairs.row[i].tolist()):
-            pair = int(simulation._ids[i]), int(simulation._ids[simulation._pairs.partner[k]])
-            history[pair] = tuple(simulation._pairs.history[k].tolist())
+        for k in range(*simulation._state.lists.pairs.outer.row[i].tolist()):
+            pair = int(simulation._state.ids[i]), int(simulation._state.ids[simulation._state.lists.pairs.outer.partner[k]])
+            history[pair] = tuple(simulation._state.lists.pairs.outer.history[k].tolist())
     return history
 
 
 def outer_list(rows, history):
     """An outer list of three grains: partners of each, and one history value per entry."""
     ends = np.cumsum([len(row) for row in rows])
-    return loop.OuterList(
+    return storage.Outer(
         row=np.column_stack([ends - [len(row) for row in rows], ends]),
         owner=np.repeat(np.arange(3), [len(row) for row in rows]).astype(np.int32),
         partner=np.array([j for row in rows for j in row], np.int32),
@@ -600,3 +597,13 @@ def test_equal_grains_of_two_materials_keep_their_own_interactions(pair, e):
         simulation.add_grains([(side * 1.1 * RADIUS_M, 0.0, 0.0)], RADIUS_M, material, velocities_m_s=[(-side * 0.1, 0.0, 0.0)])
     simulation.run(0.02)
     assert abs(simulation.grains.velocities_m_s[0, 0]) / 0.1 == pytest.approx(e, abs=0.1)
+
+
+def test_a_copy_of_a_simulation_goes_on_by_itself():
+    simulation = box_of_grains()
+    simulation.advance(200)
+    twin = copy.deepcopy(simulation)
+    twin.advance(200)
+    assert (twin.n_steps, simulation.n_steps) == (400, 200)
+    simulation.advance(200)
+    assert simulation.grains.positions_m.tobytes() == twin.grains.positions_m.tobytes()

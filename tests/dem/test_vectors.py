@@ -17,7 +17,9 @@ from dem.layout import (
     SPEEDS,
     UX,
     VX,
+    Access,
     GrainArrays,
+    Period,
     aligned_zeros,
 )
 from dem.step import gather, motion, vectors
@@ -67,7 +69,7 @@ def test_gather(n_pairs, elastic, precision):
     grains, (first, second) = random_grains(50, 1, precision), random_pairs(50, n_pairs, 2)
     plain, vector = (aligned_zeros(BUFFER * BLOCK, precision) for _ in range(2))
     for module, b in ((gather, plain), (vectors, vector)):
-        module.gather_pairs(grains, first, second, n_pairs, b, elastic)
+        module.gather_pairs(grains, first, second, n_pairs, b, Access(None, None, elastic))
     for row in GATHERED if elastic is None else (*GATHERED, *SECOND_SPINS):
         a, b = (x.reshape(BUFFER, BLOCK)[row, :n_pairs] for x in (plain, vector))
         assert np.abs(a).max() > 0
@@ -79,10 +81,10 @@ def test_gather(n_pairs, elastic, precision):
 def test_gather_by_nearest_image(elastic, precision):
     n_pairs = 200
     grains, (first, second) = random_grains(50, 3, precision), random_pairs(50, n_pairs, 4)
-    period, frequency = np.array([0.0, 15e-4, 10e-4]), np.array([0.0, 1 / 15e-4, 1 / 10e-4])
+    images = Period(np.array([0.0, 15e-4, 10e-4]), np.array([0.0, 1 / 15e-4, 1 / 10e-4]))
     plain, vector = (aligned_zeros(BUFFER * BLOCK, precision) for _ in range(2))
-    gather.gather_periodic_pairs(grains, period, frequency, first, second, n_pairs, plain, elastic)
-    vectors.gather_periodic_pairs(grains, period, frequency, first, second, n_pairs, vector, elastic)
+    for module, b in ((gather, plain), (vectors, vector)):
+        module.gather_pairs(grains, first, second, n_pairs, b, Access(None, images, elastic))
     for row in GATHERED if elastic is None else (*GATHERED, *SECOND_SPINS):
         a, b = (x.reshape(BUFFER, BLOCK)[row, :n_pairs] for x in (plain, vector))
         assert close(a, b, precision)
@@ -108,7 +110,7 @@ def test_gather_at_a_wall(n, precision):
     velocity, results = np.array([0.1, -0.2, 0.3]), []
     for module in (gather, vectors):
         b, places = aligned_zeros(BUFFER * BLOCK, precision), aligned_zeros(4 * BLOCK, float)
-        module.gather_at_wall(grains, velocity, first, n, b, places)
+        module.gather_at_surface(grains, velocity, first, n, b, places)
         results.append((b.reshape(BUFFER, BLOCK)[4:10, :n], places.reshape(4, BLOCK)[:, :n]))
     (plain, plain_places), (vector, vector_places) = results
     assert (plain_places == vector_places).all()
@@ -125,8 +127,8 @@ def test_scatter_at_a_wall(n, precision):
     first, _ = random_pairs(50, n, 11)
     buffer = np.random.default_rng(12).normal(0, 1, BUFFER * BLOCK).astype(precision)
     plain, vector = (aligned_zeros(LOAD * 50, precision) for _ in range(2))
-    gather.scatter_at_wall(plain, first, n, buffer)
-    vectors.scatter_at_wall(vector, first, n, buffer)
+    gather.scatter_at_surface(plain, first, n, buffer)
+    vectors.scatter_at_surface(vector, first, n, buffer)
     assert np.abs(plain).max() > 0
     assert close(plain, vector, precision)
 

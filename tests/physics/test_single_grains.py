@@ -126,7 +126,7 @@ def on_ground(mu_s, mu_r, velocity, gravity=(0.0, 0.0, -9.81), **settings):
     simulation = world(grain, r, e=0.5, mu_s=mu_s, mu_r=mu_r, walls=[ground()], gravity=gravity, step=0.1, **settings)
     simulation.add_grains([(0, 0, r * (1 - 1e-5))], r, "grain")
     simulation.run(0.05)
-    simulation._grains.motion[VX : VX + 3] += velocity
+    simulation._state.grains.motion[VX : VX + 3] += velocity
     return simulation
 
 
@@ -143,7 +143,7 @@ def test_a_sliding_sphere_starts_to_roll_at_five_sevenths_of_its_speed():
 def test_type_a_brakes_a_rolling_sphere_with_the_torque_mu_r_F_R():
     mu_r, v0, r = 0.01, 0.1, 1e-3
     simulation = on_ground(0.5, mu_r, (v0, 0, 0))
-    simulation._grains.motion[UY] = v0  # rolling: spin velocity equals speed
+    simulation._state.grains.motion[UY] = v0  # rolling: spin velocity equals speed
     simulation.run(0.2)
     braked = 5 * mu_r * 9.81 / (7 * r) * 0.2 * r
     assert v0 - simulation.grains.velocities_m_s[0, 0] == pytest.approx(braked, rel=0.02)

@@ -6,7 +6,8 @@ from virtual_soil.campaign.files import write_text
 
 
 def main(settings, marker):
-    compiled.ensure(settings["precision"], energy_ledger=settings["energy_ledger"])
+    chosen = {name: settings[name] for name in compiled.Variant._fields if name in settings}
+    compiled.ensure(**chosen)
     write_text(marker, f"kernels of source {jit.source_hash()} are compiled\n")
 
 

@@ -1,1 +1,1 @@
-"""Contact laws, one file each, and the block kernel that joins them."""
+"""Contact laws, the list of those in use, and the block loop that evaluates them."""

@@ -1,7 +1,7 @@
 """The contact stage: BLOCK contacts at a time, branch-free, so that LLVM vectorises it.
 
 One call turns relative positions and velocities (work buffer, see `dem.layout`) into loads: force on i, Q on i, rolling
-resistance of both grains (nothing with type C), and with type C Q on j; with type A that is Q on i.
+resistance of both grains, and Q on j where the rolling law gives both grains different torques (else Q on j is that on i).
 Walls go through the same stage as a "grain" j of zero radius, infinite mass and no spin.
 
 The lever arm of grain i is r_i d / (r_i + r_j): the contact point divides the overlap, so angular momentum is conserved exactly.
@@ -9,58 +9,71 @@ The lever arm of grain i is r_i d / (r_i + r_j): the contact point divides the o
 
 import math
 
-from dem.contact.laws.hertz import normal_force
 from dem.contact.laws.mindlin import slip
+from dem.contact.model import (
+    Touch,
+    n_constants,
+    n_history,
+    normal_force,
+    read,
+    resistance,
+    rolling_force,
+    tangential_damping,
+    tangential_limit,
+    tangential_stiffness,
+)
 from dem.jit import lean_jit
-from dem.layout import BLOCK as B
 from dem.layout import (
-    C_N,
-    C_T,
-    D_T,
+    APPROACH,
+    ARM,
+    DAMPING,
     FORCE,
+    GAP,
+    GEOMETRY,
     INV_ARM2,
     INV_R_SUM,
-    K_N,
-    K_T,
-    MU_R,
-    MU_S,
     NORMAL,
     PUSH,
     RESISTANCE,
-    ROLLING_SHARE,
-    SECOND_SPIN,
+    SEPARATION,
+    SHARE,
+    SLIDING,
+    SPIN_SUM,
+    STIFFNESS,
     TWIST,
     TWIST_J,
 )
+from dem.layout import BLOCK as B
 
 
 @lean_jit
-def contact_stage(n, b, c, h, dt, one, zero, tiny, least, elastic):
+def contact_stage(n, b, c, h, laws):
     """Loads of n contacts.
 
-    Two short loops instead of a long one: a processor works on several contacts' chains of operations at a time only while they
-    fit into its window.
+    Two short loops instead of a long one: a processor overlaps the operations of several contacts only while they fit into its
+    instruction window.
 
     Parameters
     ----------
-    n : contacts in the block. b : work buffer. c : their pair constants. h : their history, which is updated.
-    dt, one, zero, tiny : time step and constants in the contact precision (a plain literal would promote to float64).
-    least : smallest normal force; zero where contacts must not pull, else far below any force.
-    elastic : None for type A rolling, anything else for type C (the other branch is then not even compiled).
+    n : contacts in the block. b : work buffer. c : their constants. h : their history, which is updated.
+    laws : `dem.contact.model.Laws`; its types select the code.
     """
-    normal_loop(n, b, c, one, zero, tiny, least)
-    tangential_loop(n, b, c, h, dt, one, zero, tiny, elastic)
+    normal_loop(n, b, c, laws)
+    tangential_loop(n, b, c, h, laws, laws.separate)
 
 
 @lean_jit
-def normal_loop(n, b, c, one, zero, tiny, least):
-    """Lever arm, relative velocity of the surfaces, stiffness and damping, normal force (zero without touch)."""
+def normal_loop(n, b, c, laws):
+    """Lever arm, relative velocity of the surfaces, stiffness and damping, normal force (zero without overlap)."""
+    one, zero, tiny = laws.numbers.one, laws.numbers.zero, laws.numbers.tiny
+    row_n = GEOMETRY
+    row_t = row_n + n_constants(laws.normal)
     for q in range(n):
         inv_R_sum = c[INV_R_SUM * B + q]
-        ax = b[q] * inv_R_sum
-        ay = b[B + q] * inv_R_sum
-        az = b[2 * B + q] * inv_R_sum
-        gap = b[3 * B + q]
+        ax = b[SEPARATION * B + q] * inv_R_sum
+        ay = b[(SEPARATION + 1) * B + q] * inv_R_sum
+        az = b[(SEPARATION + 2) * B + q] * inv_R_sum
+        gap = b[GAP * B + q]
         scaled_gap = gap * inv_R_sum
         arm2 = one - scaled_gap * inv_R_sum  # from the gap R_sum^2 - d^2, which was rounded only once
         inv_arm = one / math.sqrt(arm2)
@@ -68,47 +81,57 @@ def normal_loop(n, b, c, one, zero, tiny, least):
         overlap = max(scaled_gap / (one + arm2 * inv_arm), tiny)
         root = math.sqrt(overlap)
         fourth_root = math.sqrt(root)
-        vx = b[4 * B + q]
-        vy = b[5 * B + q]
-        vz = b[6 * B + q]
-        ux = b[7 * B + q]
-        uy = b[8 * B + q]
-        uz = b[9 * B + q]
+        vx = b[APPROACH * B + q]
+        vy = b[(APPROACH + 1) * B + q]
+        vz = b[(APPROACH + 2) * B + q]
+        ux = b[SPIN_SUM * B + q]
+        uy = b[(SPIN_SUM + 1) * B + q]
+        uz = b[(SPIN_SUM + 2) * B + q]
         v_a = vx * ax + vy * ay + vz * az
-        f_n = normal_force(overlap, root, fourth_root, v_a * inv_arm, c[K_N * B + q], c[C_N * B + q], least)
+        normal = read(laws.normal, c, row_n * B + q)
+        tangential = read(laws.tangential, c, row_t * B + q)
+        f_n = normal_force(normal, overlap, root, fourth_root, v_a * inv_arm)
         f_n = f_n if gap > zero else zero
         away = v_a * inv_arm2
-        b[q] = ax
-        b[B + q] = ay
-        b[2 * B + q] = az
-        b[3 * B + q] = c[K_T * B + q] * root
-        b[4 * B + q] = vx - away * ax + ay * uz - az * uy
-        b[5 * B + q] = vy - away * ay + az * ux - ax * uz
-        b[6 * B + q] = vz - away * az + ax * uy - ay * ux
-        b[D_T * B + q] = c[C_T * B + q] * fourth_root
+        b[ARM * B + q] = ax
+        b[(ARM + 1) * B + q] = ay
+        b[(ARM + 2) * B + q] = az
+        b[STIFFNESS * B + q] = tangential_stiffness(tangential, root)
+        b[SLIDING * B + q] = vx - away * ax + ay * uz - az * uy
+        b[(SLIDING + 1) * B + q] = vy - away * ay + az * ux - ax * uz
+        b[(SLIDING + 2) * B + q] = vz - away * az + ax * uy - ay * ux
+        b[DAMPING * B + q] = tangential_damping(tangential, fourth_root)
         b[INV_ARM2 * B + q] = inv_arm2
         b[PUSH * B + q] = f_n * inv_arm
         b[NORMAL * B + q] = f_n
 
 
 @lean_jit
-def tangential_loop(n, b, c, h, dt, one, zero, tiny, elastic):
-    """Tangential force of spring and dashpot, rolling; force, Q and rolling resistance."""
+def tangential_loop(n, b, c, h, laws, separate):
+    """Tangential force of spring and dashpot, rolling; force, Q and rolling resistance. separate : `laws.separate`."""
+    numbers = laws.numbers
+    dt, one, zero, tiny = numbers.dt, numbers.one, numbers.zero, numbers.tiny
+    row_t = GEOMETRY + n_constants(laws.normal)
+    row_r = row_t + n_constants(laws.tangential)
+    history_t = n_history(laws.normal)
+    history_r = history_t + n_history(laws.tangential)
     for q in range(n):
-        ax = b[q]
-        ay = b[B + q]
-        az = b[2 * B + q]
-        S_t = b[3 * B + q]
-        tx = b[4 * B + q]
-        ty = b[5 * B + q]
-        tz = b[6 * B + q]
-        D_t = b[D_T * B + q]
+        ax = b[ARM * B + q]
+        ay = b[(ARM + 1) * B + q]
+        az = b[(ARM + 2) * B + q]
+        S_t = b[STIFFNESS * B + q]
+        tx = b[SLIDING * B + q]
+        ty = b[(SLIDING + 1) * B + q]
+        tz = b[(SLIDING + 2) * B + q]
+        D_t = b[DAMPING * B + q]
         push = b[PUSH * B + q]
         pressing = max(b[NORMAL * B + q], zero)
-        limit = c[MU_S * B + q] * pressing
-        sx = h[q]
-        sy = h[B + q]
-        sz = h[2 * B + q]
+        tangential = read(laws.tangential, c, row_t * B + q)
+        limit = tangential_limit(tangential, pressing)
+        o = history_t * B + q
+        sx = h[o]
+        sy = h[o + B]
+        sz = h[o + 2 * B]
         inv_arm2 = b[INV_ARM2 * B + q]
         turned = (sx * ax + sy * ay + sz * az) * inv_arm2
         sx += tx * dt - turned * ax
@@ -118,9 +141,9 @@ def tangential_loop(n, b, c, h, dt, one, zero, tiny, elastic):
         sx *= factor
         sy *= factor
         sz *= factor
-        h[q] = sx
-        h[B + q] = sy
-        h[2 * B + q] = sz
+        h[o] = sx
+        h[o + B] = sy
+        h[o + 2 * B] = sz
         fx = S_t * sx + D_t * tx
         fy = S_t * sy + D_t * ty
         fz = S_t * sz + D_t * tz
@@ -134,12 +157,13 @@ def tangential_loop(n, b, c, h, dt, one, zero, tiny, elastic):
         qx = ay * fz - az * fy
         qy = az * fx - ax * fz
         qz = ax * fy - ay * fx
-        resistance = pressing * c[MU_R * B + q]
-        if elastic is None:
-            b[RESISTANCE * B + q] = resistance
+        rolling = read(laws.rolling, c, row_r * B + q)
+        if separate is None:
+            b[RESISTANCE * B + q] = resistance(rolling, pressing)
         else:
-            rx, ry, rz = rolling_force(q, b, c, h, ax, ay, az, S_t, inv_arm2, resistance, dt, one, tiny)
-            p_i = c[ROLLING_SHARE * B + q]
+            p_i = c[SHARE * B + q]
+            touch = Touch(ax, ay, az, inv_arm2, S_t, pressing, p_i)
+            rx, ry, rz = rolling_force(rolling, q, b, h, history_r * B + q, touch, numbers)
             qx -= p_i * rx
             qy -= p_i * ry
             qz -= p_i * rz
@@ -150,24 +174,3 @@ def tangential_loop(n, b, c, h, dt, one, zero, tiny, elastic):
         b[TWIST * B + q] = qx
         b[(TWIST + 1) * B + q] = qy
         b[(TWIST + 2) * B + q] = qz
-
-
-@lean_jit
-def rolling_force(q, b, c, h, ax, ay, az, S_t, inv_arm2, limit, dt, one, tiny):
-    """Force of the rolling spring of contact q, at most `limit`; its length in h is renewed (type C, see `rolling`)."""
-    p_i = c[ROLLING_SHARE * B + q]
-    sx = h[3 * B + q] + dt * (p_i * b[7 * B + q] - b[SECOND_SPIN * B + q])
-    sy = h[4 * B + q] + dt * (p_i * b[8 * B + q] - b[(SECOND_SPIN + 1) * B + q])
-    sz = h[5 * B + q] + dt * (p_i * b[9 * B + q] - b[(SECOND_SPIN + 2) * B + q])
-    turned = (sx * ax + sy * ay + sz * az) * inv_arm2
-    sx -= turned * ax
-    sy -= turned * ay
-    sz -= turned * az
-    factor = slip(S_t * S_t * (sx * sx + sy * sy + sz * sz), limit, one, tiny)
-    sx *= factor
-    sy *= factor
-    sz *= factor
-    h[3 * B + q] = sx
-    h[4 * B + q] = sy
-    h[5 * B + q] = sz
-    return S_t * sx, S_t * sy, S_t * sz

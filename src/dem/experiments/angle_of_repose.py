@@ -49,7 +49,7 @@ class Setup(Rich):
 
 @dataclass(frozen=True)
 class Heap(Rich):
-    """What the test leaves: status ("static", "time_limit" or "flat"), grains before the lift and at the end, counts.
+    """Results of the test: status ("static", "time_limit" or "flat"), grains before the lift and at the end, counts.
 
     The energies are those of `dem.experiments.soil.energy_balance`.
     """
@@ -83,15 +83,9 @@ def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
             Box(name="plate", material="plate", low_m=(-half, -half, 0.0), high_m=(half, half, 0.0)),
             Tube(name="tube", material="tube", radius_m=tube_radius, bottom_m=0.0, top_m=1e3 * scale),
         ],
-        gravity_m_s2=(0.0, 0.0, -engine.gravity_m_s2),
         smallest_radius_m=soil.sizes.smallest_m,
-        time_step_rayleigh_ratio=engine.time_step_rayleigh_ratio,
-        rolling_model=engine.rolling_model,
-        damping_model=engine.damping_model,
-        precision=engine.precision,
-        vector_code=engine.vector_code,
-        energy_ledger=engine.energy_ledger,
         floor_m=-2.0 * soil.sizes.largest_m,
+        **engine.options,
     )
     region = TubeRegion(radius_m=tube_radius, bottom_m=0.0)
     simulation.add_factory(Factory(n_grains=setup.n_particles, region=region, sizes=soil.sizes, material="soil", seed=seed))
@@ -104,12 +98,12 @@ def height_m(grains: Grains) -> float:
 
 
 def tube_is_clear(simulation: Simulation) -> bool:
-    """Whether the tube's rim is above every grain."""
+    """True if the tube's rim is above every grain."""
     return cast(Tube, simulation.wall("tube")).bottom_m > simulation.top_m
 
 
 def is_flat(grains: Grains, n_particles: int) -> bool:
-    """Whether what is left of n_particles grains is too little or too low to have a slope."""
+    """True if the remaining grains of n_particles are too few or too low to have a slope."""
     few = len(grains) < LEAST_REMAINING_RATIO * n_particles
     return few or height_m(grains) < FLAT_HEIGHT_RATIO * 2.0 * float(grains.radii_m.mean())
 

@@ -25,7 +25,7 @@ UPPER = ("upper_left", "upper_right", "upper_flange")
 
 #: Number of samples over the shear displacement.
 N_SAMPLES = 120
-#: Consolidation ends when the lid moves less than this fraction of a radius between looks, or after so many inertial times.
+#: Consolidation ends when the lid moves less than this fraction of a radius between two checks; maximum in inertial times.
 STILL_RATIO = 1e-3
 CONSOLIDATION_TIMES = 400.0
 #: The shear band spans about ten grain diameters; the shear rate is the speed over it.
@@ -72,7 +72,7 @@ class Setup(Rich):
 
 @dataclass(frozen=True)
 class Shear(Rich):
-    """What the test leaves: time series, grains before and after, counts. See `record` for the series' names."""
+    """Results of the test: time series, grains before and after, counts. See `record` for the series' names."""
 
     history: dict[str, np.ndarray]
     before: Grains
@@ -131,16 +131,10 @@ def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
             rectangle("left", (0.0, -ENDLESS_M), (0.0, ENDLESS_M)),
             rectangle("right", (length, -ENDLESS_M), (length, ENDLESS_M)),
         ],
-        gravity_m_s2=(0.0, 0.0, -engine.gravity_m_s2),
         period_m=(0.0, width, 0.0),
         smallest_radius_m=soil.sizes.smallest_m,
-        time_step_rayleigh_ratio=engine.time_step_rayleigh_ratio,
-        rolling_model=engine.rolling_model,
-        damping_model=engine.damping_model,
-        precision=engine.precision,
-        vector_code=engine.vector_code,
-        energy_ledger=engine.energy_ledger,
         floor_m=-2.0 * soil.sizes.largest_m,
+        **engine.options,
     )
     simulation.add_factory(factory)
     simulation.add_wall(lid(soil, setup, n_grains, simulation.top_m))
@@ -181,7 +175,7 @@ def lid_height_m(simulation: Simulation) -> float:
 
 
 def lid_is_still(state: State, radius_m: float) -> bool:
-    """Whether the lid has stopped moving since the last look."""
+    """True if the lid has stopped moving since the last check."""
     height, last = lid_height_m(state.simulation), state.notes["lid_height_m"]
     state.notes["lid_height_m"] = height
     return abs(height - last) < STILL_RATIO * radius_m and state.simulation.n_steps > 5000
@@ -312,7 +306,7 @@ def run(
 
 
 def lid_slip(before: Grains, after: Grains, top: float, distance: float, radius_m: float) -> float:
-    """How far the layer under the lid's glued grains slipped along it, over the frame's way (0: it grips)."""
+    """Slip of the layer under the lid's glued grains along it, over the frame's displacement (0: no slip)."""
     z = before.positions_m[:, 2]
     layer = (z < top - 2.0 * radius_m) & (z > top - 4.5 * radius_m)
     return float((after.positions_m[layer, 0] - before.positions_m[layer, 0]).mean() / distance)

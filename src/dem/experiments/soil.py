@@ -1,7 +1,8 @@
 """The virtual soil that both experiments test: one grain material, and the geometry it touches."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 from dem import Interaction, Material, Rich, Simulation, Sizes
 
@@ -58,9 +59,16 @@ class Engine(Rich):
     time_step_rayleigh_ratio: float = 0.2
     stiffness_reduction: float = 1.0
 
+    @property
+    def options(self) -> dict[str, Any]:
+        """All settings as keyword arguments of `dem.Simulation`; `stiffness_reduction` is not one, it changes the material."""
+        values = asdict(self)
+        del values["stiffness_reduction"]
+        return values | {"gravity_m_s2": (0.0, 0.0, -self.gravity_m_s2)}
+
 
 def energy_balance(simulation: Simulation, engine: Engine) -> dict[str, float]:
-    """What a test dissipated in J, and the energy ledger's residual over it; NaN where the engine keeps no ledger."""
+    """Energy that a test dissipated in J, and the ledger's residual over it; NaN without a ledger."""
     if not engine.energy_ledger:
         return {"energy_dissipated_j": math.nan, "energy_residual_ratio": math.nan}
     energies = simulation.energies_j

@@ -1,4 +1,4 @@
-"""A test under way: what is saved of it at a look, so that it goes on from there as if never interrupted."""
+"""A test in progress: the part that is saved, so that it continues as if never interrupted."""
 
 import math
 from collections.abc import Callable
@@ -16,7 +16,7 @@ LOOK_STEPS = 500
 class State:
     """All that the rest of a test depends on: the simulation, the stage, the step at which the stage ends at the latest.
 
-    notes: what the test remembers of the way so far; arrays, and plain values that JSON can hold (see `dem.save`).
+    notes: data of the stages so far; arrays, and plain values that JSON can hold (see `dem.save`).
     """
 
     simulation: Simulation
@@ -29,7 +29,7 @@ class State:
         self.stage, self.end_step = stage, self.simulation.n_steps + n_steps
 
     def go_on(self, look: Callable[["State"], bool], keep: Callable[["State"], None] | None, every_steps: int = LOOK_STEPS) -> bool:
-        """Run the stage, or what is left of it; returns whether `look(state)`, called every so many steps, ended it.
+        """Run the rest of the stage; returns True if `look(state)`, called every `every_steps` steps, ended it.
 
         `keep(state)` is called when the stage goes on after a look: only then may the state be saved.
         """

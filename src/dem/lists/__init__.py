@@ -1,1 +1,1 @@
-"""Who can touch whom: cell grid, outer lists, and the contact blocks pruned from them."""
+"""Candidates for contact: cell grid, outer lists, and the contact blocks pruned from them."""

@@ -1,33 +1,20 @@
-"""Blocks of contacts: their order, and the pair constants that the contact stage reads."""
+"""Blocks of contacts: their order, and the constants that the contact stage reads."""
 
-from dem.contact.laws import hertz, mindlin
+import numpy as np
+
+from dem.contact.model import BETA, COMMON_COLUMNS, Equivalent, n_columns, n_constants, write
 from dem.jit import jit, lean_jit
-from dem.layout import (
-    BLOCK,
-    C_N,
-    C_T,
-    INV_R_SUM,
-    INVERSE_MASS,
-    K_N,
-    K_T,
-    MOTION,
-    MU_R,
-    MU_S,
-    PAIR_BETA,
-    PAIR_E,
-    PAIR_G,
-    PAIR_MU_R,
-    PAIR_MU_S,
-    PLACE,
-    RADIUS,
-    ROLLING_SHARE,
-)
+from dem.layout import BLOCK, GEOMETRY, INV_R_SUM, INVERSE_MASS, MOTION, PLACE, RADIUS, SHARE
 
 #: Neighbouring contacts in a block should not share a grain, or their scatters wait for each other.
 STRIDE = 16
 
-#: The contacts of each wall begin at a multiple of this, at a cache line of float32: no vector of them straddles two.
+#: The contacts of each surface begin at a multiple of this, a cache line of float32: no vector of them straddles two.
 LINE = 16
+
+#: Rows of a block of pairs before `finish_block`: radii (r_j = 0 stands for a wall, flat and infinitely heavy) and the sum of the
+#: inverse masses. The pair table's columns follow.
+R_I, R_J, INVERSE_MASSES, RAW = range(4)
 
 
 @lean_jit
@@ -44,9 +31,59 @@ def interleave(values):
         values[q] = copy[interleaved(q)]
 
 
+@lean_jit
+def in_block(k, end):
+    """Number of contacts from k to end that stand in one block with k."""
+    return min(end, (k // BLOCK + 1) * BLOCK) - k
+
+
+@lean_jit
+def width_of_pairs(laws):
+    """Number of columns of the pair table."""
+    return COMMON_COLUMNS + n_columns(laws.normal) + n_columns(laws.tangential) + n_columns(laws.rolling)
+
+
 @jit
-def common_constants(grains, contacts, pair_table, n_materials, material):
-    """Set `contacts.alike`: whether all grains are of one size, mass and material; then fill `contacts.common`."""
+def raw_blocks(n, constants, laws):
+    """Scratch for n blocks of pairs, in the precision of their constants."""
+    return np.ones((n, (RAW + width_of_pairs(laws)) * BLOCK), constants.dtype)
+
+
+@lean_jit
+def load_pair(raw, q, pair, radii, inverse_masses, laws):
+    """Store radii, inverse masses and columns of pair q; `finish_block` turns them into constants."""
+    raw[R_I * BLOCK + q] = radii[0]
+    raw[R_J * BLOCK + q] = radii[1]
+    raw[INVERSE_MASSES * BLOCK + q] = inverse_masses
+    for t in range(width_of_pairs(laws)):
+        raw[(RAW + t) * BLOCK + q] = pair[t]
+
+
+@lean_jit
+def finish_block(raw, c, n, laws):
+    """Constants of n contacts of one block."""
+    column_n, row_n = RAW + COMMON_COLUMNS, GEOMETRY
+    column_t, row_t = column_n + n_columns(laws.normal), row_n + n_constants(laws.normal)
+    column_r, row_r = column_t + n_columns(laws.tangential), row_t + n_constants(laws.tangential)
+    for q in range(n):
+        r_i = raw[R_I * BLOCK + q]
+        r_j = raw[R_J * BLOCK + q]
+        flat = r_j == 0.0
+        R_sum = r_i + r_j
+        R_star = r_i if flat else r_i * r_j / R_sum
+        m_star = 1 / raw[INVERSE_MASSES * BLOCK + q]
+        c[INV_R_SUM * BLOCK + q] = 1 / R_sum
+        c[SHARE * BLOCK + q] = R_star / r_i
+        pair = Equivalent(R_star, m_star, raw[(RAW + BETA) * BLOCK + q])
+        write(laws.normal, raw, column_n * BLOCK + q, c, row_n * BLOCK + q, pair)
+        write(laws.tangential, raw, column_t * BLOCK + q, c, row_t * BLOCK + q, pair)
+        write(laws.rolling, raw, column_r * BLOCK + q, c, row_r * BLOCK + q, pair)
+
+
+@jit
+def common_constants(state, contacts, model):
+    """Set `contacts.alike`: 1 if all grains have one size, mass and material; then fill `contacts.common`."""
+    grains, material = state.grains, state.material
     contacts.alike[0] = 0
     for i in range(1, material.shape[0]):
         if grains.place[PLACE * i + RADIUS] != grains.place[RADIUS] or material[i] != material[0]:
@@ -55,59 +92,9 @@ def common_constants(grains, contacts, pair_table, n_materials, material):
             return
     if material.shape[0] == 0 or grains.remainder[INVERSE_MASS] == 0.0:
         return
-    pair = pair_table[material[0] * n_materials + material[0]]
+    pair = model.pair_table[material[0] * model.n_materials + material[0]]
+    raw, radii = raw_blocks(1, contacts.common, model.laws)[0], (grains.place[RADIUS], grains.place[RADIUS])
     for q in range(BLOCK):
-        load_constants(contacts.common, q, pair, grains.place[RADIUS], grains.place[RADIUS], 2.0 * grains.remainder[INVERSE_MASS])
-    finish_blocks(contacts.common, BLOCK)
+        load_pair(raw, q, pair, radii, 2.0 * grains.remainder[INVERSE_MASS], model.laws)
+    finish_block(raw, contacts.common[0], BLOCK, model.laws)
     contacts.alike[0] = 1
-
-
-@lean_jit
-def load_constants(constants, q, pair, r_i, r_j, inverse_masses):
-    """Raw material of contact q for `finish_blocks`: radii and the sum of the inverse masses.
-
-    r_j = 0 stands for a wall (flat, infinitely heavy).
-    """
-    c, k = constants[q // BLOCK], q % BLOCK
-    c[INV_R_SUM * BLOCK + k] = r_i
-    c[ROLLING_SHARE * BLOCK + k] = r_j
-    c[C_T * BLOCK + k] = inverse_masses
-    c[K_N * BLOCK + k] = pair[PAIR_E]
-    c[K_T * BLOCK + k] = pair[PAIR_G]
-    c[C_N * BLOCK + k] = pair[PAIR_BETA]
-    c[MU_S * BLOCK + k] = pair[PAIR_MU_S]
-    c[MU_R * BLOCK + k] = pair[PAIR_MU_R]
-
-
-@lean_jit
-def in_block(k, end):
-    """How many of the contacts from k to end stand in one block with k."""
-    return min(end, (k // BLOCK + 1) * BLOCK) - k
-
-
-@lean_jit
-def finish_blocks(constants, n_contacts):
-    """Turn radii, masses and moduli of all contacts into pair constants, whole blocks at a time."""
-    for k0 in range(0, n_contacts, BLOCK):
-        finish_block(constants[k0 // BLOCK], min(BLOCK, n_contacts - k0))
-
-
-@lean_jit
-def finish_block(c, n):
-    """Pair constants of one block from what `load_constants` put there."""
-    for q in range(n):
-        r_i = c[INV_R_SUM * BLOCK + q]
-        r_j = c[ROLLING_SHARE * BLOCK + q]
-        flat = r_j == 0.0
-        R_sum = r_i + r_j
-        R_star = r_i if flat else r_i * r_j / R_sum
-        m_star = 1 / c[C_T * BLOCK + q]
-        E_star = c[K_N * BLOCK + q]
-        G_star = c[K_T * BLOCK + q]
-        beta = c[C_N * BLOCK + q]
-        c[INV_R_SUM * BLOCK + q] = 1 / R_sum
-        c[K_N * BLOCK + q] = hertz.stiffness(E_star, R_star)
-        c[C_N * BLOCK + q] = hertz.damping(E_star, R_star, m_star, beta)
-        c[K_T * BLOCK + q] = mindlin.stiffness(G_star, R_star)
-        c[C_T * BLOCK + q] = mindlin.damping(G_star, R_star, m_star, beta)
-        c[ROLLING_SHARE * BLOCK + q] = R_star / r_i

@@ -7,16 +7,16 @@ import numpy as np
 from dem.jit import jit, lean_jit, strict_jit
 from dem.layout import PLACE, RADIUS
 
-#: Grains farther than so many radii from the origin have been thrown out by an unstable contact.
+#: Grains farther from the origin, in radii, have been thrown out by an unstable contact.
 FARTHEST = 1e5
 
-#: A grid has at most about so many cells per axis; beyond, cells are made larger.
-MOST_CELLS = 400
+#: Maximum number of cells per axis; beyond it, cells are made larger.
+MAX_CELLS = 400
 
 
 @strict_jit
 def is_sound(grains):
-    """Whether every grain's place is a finite number of a size that a cell grid can span."""
+    """True if every grain's position is finite and within the span of a cell grid."""
     for i in range(grains.place.shape[0] // PLACE):
         for a in range(3):
             if not abs(grains.place[PLACE * i + a]) < FARTHEST * grains.place[PLACE * i + RADIUS]:
@@ -46,7 +46,7 @@ def grid_shape(grains, period, cell):
 
 @strict_jit
 def cell_size(grains, skin):
-    """Edge of a cell in m: what the largest pair can reach, or more where the grains are spread very far."""
+    """Edge of a cell in m: cutoff distance of the largest pair, or more where the grains are spread very far."""
     n = grains.place.shape[0] // PLACE
     largest = 0.0
     for i in range(n):
@@ -57,7 +57,7 @@ def cell_size(grains, skin):
         for i in range(n):
             least = min(least, grains.place[PLACE * i + a])
             most = max(most, grains.place[PLACE * i + a])
-        cell = max(cell, (most - least) / MOST_CELLS)
+        cell = max(cell, (most - least) / MAX_CELLS)
     return cell
 
 
@@ -121,3 +121,11 @@ def frequencies(period):
 def nearest_image(dx, period, frequency):
     """Separation to the nearest periodic image; without branches, since a frequency of 0 leaves dx as it is."""
     return dx - period * np.rint(dx * frequency)
+
+
+@lean_jit
+def nearest(dx, axis, images):
+    """Component of a separation along an axis, to the nearest image; images : Period, or None if no axis is periodic."""
+    if images is None:
+        return dx
+    return nearest_image(dx, images.length[axis], images.frequency[axis])

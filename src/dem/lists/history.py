@@ -9,7 +9,8 @@ from dem.lists.blocks import in_block
 def carry_history(old, new, in_pairs):
     """Copy the history of every entry that was in the old list; new entries start at zero.
 
-    A pair may have changed hands: the history of (j, i) is that of (i, j) with the sign turned. Walls (in_pairs False) cannot.
+    A pair may now be owned by its other grain: the history of (j, i) is that of (i, j) with opposite sign. Not so with surfaces
+    (in_pairs False).
     """
     for i in range(new.row.shape[0]):
         for k in range(new.row[i, 0], new.row[i, 1]):
@@ -22,7 +23,7 @@ def carry_history(old, new, in_pairs):
 
 @strict_jit
 def copy_entry(old, i, j, new, k, sign):
-    """Copy the history of entry (i, j) of the old list, times sign, to entry k of the new; says whether there was one."""
+    """Copy the history of entry (i, j) of the old list, times sign, to entry k of the new; True if it existed."""
     for q in range(old.row[i, 0], old.row[i, 1]):
         if old.partner[q] == j:
             for t in range(new.history.shape[1]):

@@ -2,119 +2,151 @@
 
 The outer list holds everything closer than r_i + r_j + skin, every pair once, in the row of one of its grains.
 Contact history belongs to its entries and is carried over when the list is rebuilt. Every few steps the entries that could
-touch before the next pruning are copied into the blocks that the contact stage reads, history and pair constants with them.
+touch before the next pruning are copied into the blocks that the contact stage reads, history and constants with them.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from dem.jit import jit, lean_jit, strict_jit
-from dem.layout import BLOCK, INVERSE_MASS, MOTION, PLACE, RADIUS, U, Y, Z
-from dem.lists.blocks import finish_blocks, interleave, load_constants
-from dem.lists.grid import cell_index, cell_size, frequencies, nearest_image, neighbour_cell, sort_into_cells
+from dem.layout import BLOCK, INVERSE_MASS, MOTION, PLACE, RADIUS, Period, U, Y, Z
+from dem.lists.blocks import finish_block, interleave, load_pair, raw_blocks
+from dem.lists.grid import cell_index, cell_size, frequencies, nearest, nearest_image, neighbour_cell, sort_into_cells
 from dem.lists.history import load_history
 from dem.lists.slabs import cut_slabs, used_slabs
 
 
-@strict_jit
-def find_pairs(grains, period, skin, row, owner, partner, order, slab):
-    """Find every pair closer than r_i + r_j + skin, once; returns how many, or -1 when `partner` may be too short.
+class Search(NamedTuple):
+    """Input of a search through the cell grid.
 
-    A pair belongs to the row of the grain that comes first in cell order, so cells behind a grain need no look. Across a periodic
-    face that closes a ring of slabs it is the last slab's (see `cut_slabs`).
-    row : (n, 2) int64, begin and end of each grain's row; owner, partner : (capacity,) int32; order : (n,) grains in cell order;
-    slab : (SLABS + 1,) see `cut_slabs`; all overwritten.
+    in_order (n, 5): positions, radii, inverse masses in cell order. low, shape, start, cell, period: the grid (`dem.lists.grid`).
+    is_ring: the slabs close a ring across a periodic face. images: None, or Period.
     """
-    n = grains.place.shape[0] // PLACE
+
+    in_order: np.ndarray
+    order: np.ndarray
+    low: np.ndarray
+    shape: np.ndarray
+    start: np.ndarray
+    cell: float
+    period: np.ndarray
+    skin: float
+    is_ring: bool
+    images: Period | None
+
+
+class Slots(NamedTuple):
+    """One slab's part of the contacts: grains i and j, entry of the outer list."""
+
+    first: np.ndarray
+    second: np.ndarray
+    slot: np.ndarray
+
+
+@strict_jit
+def find_pairs(grains, period, images, skin, outer):
+    """Find every pair closer than r_i + r_j + skin, once; returns their number, or -1 if the list may be too short.
+
+    A pair belongs to the row of the grain that comes first in cell order, so only cells ahead of a grain are searched. Across a
+    periodic face that closes a ring of slabs it belongs to the last slab (see `dem.lists.slabs.cut_slabs`).
+    period (3,) : 0 where not periodic; images : its `Period`, or None. Overwrites `outer` except its history.
+    """
+    row, order = outer.row, outer.order
     cell = cell_size(grains, skin)
     low, shape, start = sort_into_cells(grains, period, cell, order)
-    cut_slabs(start, shape, slab)
-    in_order = np.empty((n, 5))
-    for k in range(n):
+    cut_slabs(start, shape, outer.slab)
+    is_ring = period[0] > 0.0 and used_slabs(outer.slab) > 1
+    search = Search(in_cell_order(grains, order), order, low, shape, start, cell, period, skin, is_ring, images)
+    m = 0
+    for rank in range(order.shape[0]):
+        i = order[rank]
+        row[i, 0] = m
+        m = search_around(rank, grains, search, outer.partner, m)
+        if m < 0:
+            return -1
+        row[i, 1] = m
+        outer.owner[row[i, 0] : m] = i
+    return m
+
+
+@strict_jit
+def in_cell_order(grains, order):
+    """Position, radius and inverse mass of the grains in cell order, (n, 5)."""
+    in_order = np.empty((order.shape[0], 5))
+    for k in range(order.shape[0]):
         o = PLACE * order[k]
         for a in range(3):
             in_order[k, a] = grains.place[o + a]
         in_order[k, 3] = grains.place[o + RADIUS]
         in_order[k, 4] = grains.remainder[MOTION * order[k] + INVERSE_MASS]
-    periodic = period[0] > 0.0 or period[1] > 0.0 or period[2] > 0.0
-    frequency = frequencies(period)
-    is_ring = period[0] > 0.0 and used_slabs(slab) > 1
-    m = 0
-    for rank in range(n):
-        i = order[rank]
-        row[i, 0] = m
-        centre_x = cell_index(grains, i, 0, low, shape, period, cell)
-        centre_y = cell_index(grains, i, 1, low, shape, period, cell)
-        centre_z = cell_index(grains, i, 2, low, shape, period, cell)
-        for dx in range(-1, 2):
-            cx = neighbour_cell(centre_x, dx, shape[0], period[0])
-            if is_ring and cx > centre_x + 1:
-                continue  # the last layer's grains list this pair
-            earliest = 0 if is_ring and 0 <= cx < centre_x - 1 else rank + 1
-            for dy in range(-1, 2):
-                cy = neighbour_cell(centre_y, dy, shape[1], period[1])
-                if cx < 0 or cy < 0:
-                    continue
-                column = (cx * shape[1] + cy) * shape[2]
-                for dz in range(-1, 2 if period[2] > 0.0 else 0):  # without period in z the three cells are one stretch
-                    cz = neighbour_cell(centre_z, dz, shape[2], period[2])
-                    bottom, top = cz, cz
-                    if period[2] == 0.0:
-                        bottom, top = max(centre_z - 1, 0), min(centre_z + 1, shape[2] - 1)
-                    if bottom < 0:
-                        continue
-                    first, last = max(start[column + bottom], earliest), start[column + top + 1]
-                    if first >= last:
-                        continue
-                    if m + last - first > partner.shape[0]:
-                        return -1
-                    if periodic:
-                        m = scan_periodic(in_order, order, rank, first, last, skin, period, frequency, partner, m)
-                    else:
-                        m = scan(in_order, order, rank, first, last, skin, partner, m)
-        row[i, 1] = m
-        owner[row[i, 0] : m] = i
+    return in_order
+
+
+@strict_jit
+def search_around(rank, grains, search, partner, m):
+    """Append the neighbours of the grain of one rank to `partner` from m on; returns the new length, or -1 if it is too short."""
+    low, shape, period, cell, i = search.low, search.shape, search.period, search.cell, search.order[rank]
+    centre_x = cell_index(grains, i, 0, low, shape, period, cell)
+    centre_y = cell_index(grains, i, 1, low, shape, period, cell)
+    centre_z = cell_index(grains, i, 2, low, shape, period, cell)
+    for dx in range(-1, 2):
+        cx = neighbour_cell(centre_x, dx, shape[0], period[0])
+        if search.is_ring and cx > centre_x + 1:
+            continue  # listed by the last layer's grains
+        earliest = 0 if search.is_ring and 0 <= cx < centre_x - 1 else rank + 1
+        for dy in range(-1, 2):
+            cy = neighbour_cell(centre_y, dy, shape[1], period[1])
+            if cx < 0 or cy < 0:
+                continue
+            m = search_column(rank, (cx * shape[1] + cy) * shape[2], centre_z, earliest, search, partner, m)
+            if m < 0:
+                return -1
+    return m
+
+
+@strict_jit
+def search_column(rank, column, centre_z, earliest, search, partner, m):
+    """As `search_around`, in the cells of one column that are next to centre_z; only ranks from `earliest` on."""
+    shape, start, period_z = search.shape, search.start, search.period[2]
+    for dz in range(-1, 2 if period_z > 0.0 else 0):  # without period in z the three cells are contiguous
+        cz = neighbour_cell(centre_z, dz, shape[2], period_z)
+        bottom, top = cz, cz
+        if period_z == 0.0:
+            bottom, top = max(centre_z - 1, 0), min(centre_z + 1, shape[2] - 1)
+        if bottom < 0:
+            continue
+        first, last = max(start[column + bottom], earliest), start[column + top + 1]
+        if first >= last:
+            continue
+        if m + last - first > partner.shape[0]:
+            return -1
+        m = scan(rank, first, last, search, search.images, partner, m)
     return m
 
 
 @lean_jit
-def keep(in_order, order, rank, k, x, y, z, skin, partner, m):
-    """Append the grain of rank k if it is near enough and not fixed together with the first; returns the new length.
+def scan(rank, first, last, search, images, partner, m):
+    """Append the neighbours of one grain among the ranks from first to last; returns the new length.
 
-    It is written in any case and only kept by advancing m: no branch to mispredict.
+    Pairs that are fixed together are left out. Every grain is written and kept by advancing m: no branch to mispredict.
     """
-    far = in_order[rank, 3] + in_order[k, 3] + skin
-    near = x * x + y * y + z * z < far * far
-    partner[m] = order[k]
-    return m + int(near & (in_order[rank, 4] + in_order[k, 4] > 0.0))
-
-
-@lean_jit
-def scan(in_order, order, rank, first, last, skin, partner, m):
-    """Append the neighbours of one grain among the ranks from first to last; returns the new length."""
+    in_order, order, skin = search.in_order, search.order, search.skin
     for k in range(first, last):
-        x = in_order[rank, 0] - in_order[k, 0]
-        y = in_order[rank, 1] - in_order[k, 1]
-        z = in_order[rank, 2] - in_order[k, 2]
-        m = keep(in_order, order, rank, k, x, y, z, skin, partner, m)
-    return m
-
-
-@lean_jit
-def scan_periodic(in_order, order, rank, first, last, skin, period, frequency, partner, m):
-    """As `scan`, to the nearest periodic images."""
-    for k in range(first, last):
-        x = nearest_image(in_order[rank, 0] - in_order[k, 0], period[0], frequency[0])
-        y = nearest_image(in_order[rank, 1] - in_order[k, 1], period[1], frequency[1])
-        z = nearest_image(in_order[rank, 2] - in_order[k, 2], period[2], frequency[2])
-        m = keep(in_order, order, rank, k, x, y, z, skin, partner, m)
+        x = nearest(in_order[rank, 0] - in_order[k, 0], 0, images)
+        y = nearest(in_order[rank, 1] - in_order[k, 1], 1, images)
+        z = nearest(in_order[rank, 2] - in_order[k, 2], 2, images)
+        cutoff = in_order[rank, 3] + in_order[k, 3] + skin
+        near = x * x + y * y + z * z < cutoff * cutoff
+        partner[m] = order[k]
+        m += int(near & (in_order[rank, 4] + in_order[k, 4] > 0.0))
     return m
 
 
 @strict_jit
 def deepest_overlap(grains, period, row, partner):
-    """Largest overlap among the pairs of an outer list over the smaller radius; 0 where none overlap."""
+    """Largest overlap among the pairs of an outer list over the smaller radius; 0 without overlap."""
     frequency, place = frequencies(period), grains.place
     deepest = 0.0
     for i in range(row.shape[0]):
@@ -130,37 +162,44 @@ def deepest_overlap(grains, period, row, partner):
 
 
 @jit
-def prune_slab(s, grains, period, frequency, periodic, outer, reach, contacts, pair_table, n_materials, material):
-    """Copy every outer pair of slab s closer than r_i + r_j + reach into its contact blocks.
+def prune_slab(s, state, neighbours, cutoff, model):
+    """Copy every outer pair of slab s closer than r_i + r_j + cutoff into its contact blocks.
 
-    Sets the slab's count, to -1 when there is no room for all.
+    Sets the slab's count, to -1 if the capacity is too small.
     """
+    outer, contacts = neighbours.outer, neighbours.contacts
     begin, end = contacts.begin[s], contacts.begin[s + 1]
-    first, second, slot = contacts.first[begin:end], contacts.second[begin:end], contacts.slot[begin:end]
-    if periodic:
-        m = near_periodic_pairs(s, grains, period, frequency, outer, reach, first, second, slot)
-    else:
-        m = near_pairs(s, grains, outer, reach, first, second, slot)
+    slots = Slots(contacts.first[begin:end], contacts.second[begin:end], contacts.slot[begin:end])
+    m = near_pairs(s, state.grains, outer, cutoff, model.access.images, slots)
     contacts.count[s] = m
     for k0 in range(0, m - BLOCK + 1, BLOCK):
-        interleave(first[k0 : k0 + BLOCK])
-        interleave(second[k0 : k0 + BLOCK])
-        interleave(slot[k0 : k0 + BLOCK])
+        interleave(slots.first[k0 : k0 + BLOCK])
+        interleave(slots.second[k0 : k0 + BLOCK])
+        interleave(slots.slot[k0 : k0 + BLOCK])
     load_history(s, contacts, outer.history)
-    if contacts.alike[0]:
-        return
-    constants = contacts.constants[begin // BLOCK :]
-    for q in range(m):
-        i, j = first[q], second[q]
-        pair = pair_table[material[i] * n_materials + material[j]]
-        inverse_masses = grains.remainder[MOTION * i + INVERSE_MASS] + grains.remainder[MOTION * j + INVERSE_MASS]
-        load_constants(constants, q, pair, grains.place[PLACE * i + RADIUS], grains.place[PLACE * j + RADIUS], inverse_masses)
-    finish_blocks(constants, m)
+    if not contacts.alike[0]:
+        load_constants(m, state, slots, contacts.constants[begin // BLOCK :], model)
+
+
+@jit
+def load_constants(m, state, slots, constants, model):
+    """Fill the constants of m contacts of a slab."""
+    grains, material = state.grains, state.material
+    raw = raw_blocks(1, constants, model.laws)[0]
+    for k0 in range(0, m, BLOCK):
+        n = min(BLOCK, m - k0)
+        for q in range(n):
+            i, j = slots.first[k0 + q], slots.second[k0 + q]
+            pair = model.pair_table[material[i] * model.n_materials + material[j]]
+            inverse_masses = grains.remainder[MOTION * i + INVERSE_MASS] + grains.remainder[MOTION * j + INVERSE_MASS]
+            radii = (grains.place[PLACE * i + RADIUS], grains.place[PLACE * j + RADIUS])
+            load_pair(raw, q, pair, radii, inverse_masses, model.laws)
+        finish_block(raw, constants[k0 // BLOCK], n, model.laws)
 
 
 @lean_jit
 def entries_of(s, outer):
-    """Where the outer list's entries of slab s begin and end: its rows stand one after another, in cell order."""
+    """First and last (excluded) of the outer list's entries of slab s: its rows follow each other in cell order."""
     first, last = outer.slab[s], outer.slab[s + 1] - 1
     if last < first:
         return 0, 0
@@ -168,41 +207,23 @@ def entries_of(s, outer):
 
 
 @lean_jit
-def near_pairs(s, grains, outer, reach, first, second, slot):
-    """List (i, j, entry) of every outer pair of slab s closer than r_i + r_j + reach; returns how many, -1 without enough room.
+def near_pairs(s, grains, outer, cutoff, images, slots):
+    """List (i, j, entry) of every outer pair of slab s closer than r_i + r_j + cutoff; returns their number, -1 if too many.
 
-    Every pair is written and only kept by advancing m: no branch to mispredict, nor a short loop over each grain's row.
+    Every pair is written and kept by advancing m: no branch to mispredict, nor a short loop over each grain's row.
     """
     m, place = 0, grains.place
+    first, second, slot = slots
     begin, end = entries_of(s, outer)
     for k in range(begin, end):
         if m == first.shape[0]:
             return -1
         i, j = outer.owner[k], outer.partner[k]
         o, p = np.uint64(i * PLACE), np.uint64(j * PLACE)
-        x, y, z = place[o] - place[p], place[o + U[Y]] - place[p + U[Y]], place[o + U[Z]] - place[p + U[Z]]
-        near = place[o + U[RADIUS]] + place[p + U[RADIUS]] + reach
-        first[m] = i
-        second[m] = j
-        slot[m] = k
-        m += int(x * x + y * y + z * z < near * near)
-    return m
-
-
-@lean_jit
-def near_periodic_pairs(s, grains, period, frequency, outer, reach, first, second, slot):
-    """As `near_pairs`, by nearest image."""
-    m, place = 0, grains.place
-    begin, end = entries_of(s, outer)
-    for k in range(begin, end):
-        if m == first.shape[0]:
-            return -1
-        i, j = outer.owner[k], outer.partner[k]
-        o, p = np.uint64(i * PLACE), np.uint64(j * PLACE)
-        x = nearest_image(place[o] - place[p], period[0], frequency[0])
-        y = nearest_image(place[o + U[Y]] - place[p + U[Y]], period[1], frequency[1])
-        z = nearest_image(place[o + U[Z]] - place[p + U[Z]], period[2], frequency[2])
-        near = place[o + U[RADIUS]] + place[p + U[RADIUS]] + reach
+        x = nearest(place[o] - place[p], 0, images)
+        y = nearest(place[o + U[Y]] - place[p + U[Y]], 1, images)
+        z = nearest(place[o + U[Z]] - place[p + U[Z]], 2, images)
+        near = place[o + U[RADIUS]] + place[p + U[RADIUS]] + cutoff
         first[m] = i
         second[m] = j
         slot[m] = k

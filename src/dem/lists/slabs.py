@@ -5,7 +5,7 @@ import numpy as np
 from dem.jit import jit, lean_jit, strict_jit
 from dem.layout import BLOCK
 
-#: Most slabs, and fewest grains that are worth a slab: what belongs to a few slabs stays in the second-level cache.
+#: Maximum number of slabs, and minimum number of grains per slab: a few slabs fit into the second-level cache.
 SLABS = 128
 
 GRAINS_PER_SLAB = 2000
@@ -32,14 +32,14 @@ def cut_slabs(start, shape, slab):
         slab[s] = start[layer * area]
 
 
-def most_slabs(n_grains: int) -> int:
-    """How many slabs so many grains can be cut into, at most."""
+def max_slabs(n_grains: int) -> int:
+    """Maximum number of slabs of n_grains grains."""
     return max(1, min(SLABS, n_grains // GRAINS_PER_SLAB))
 
 
 @lean_jit
 def used_slabs(begin):
-    """How many slabs there are, one or an even number, from where they begin: unused ones begin at the end."""
+    """Number of slabs in use, one or an even number, from their first ranks: unused ones begin at the end."""
     used = 1
     while used < SLABS and begin[used] < begin[SLABS]:
         used += 1
@@ -47,12 +47,13 @@ def used_slabs(begin):
 
 
 @strict_jit
-def cut_contacts(row, order, slab, n_entries, begin):
-    """Where each slab's contacts begin in the contact blocks: room in proportion to its entries, at a whole block."""
+def cut_contacts(outer, n_entries, begin):
+    """Set the first contact of each slab in the contact blocks: capacity in proportion to its entries, in whole blocks."""
+    row, order, slab = outer.row, outer.order, outer.slab
     used = used_slabs(slab)
-    room = begin[SLABS] // BLOCK - used
+    capacity = begin[SLABS] // BLOCK - used
     for s in range(used):
-        begin[s] = (row[order[slab[s]], 0] * room // max(n_entries, 1) + s) * BLOCK if slab[SLABS] > 0 else 0
+        begin[s] = (row[order[slab[s]], 0] * capacity // max(n_entries, 1) + s) * BLOCK if slab[SLABS] > 0 else 0
     begin[used:SLABS] = begin[SLABS]
 
 

@@ -1,1 +1,1 @@
-"""What a finished simulation is worth as a measurement: the heap's angle and height, the sheared soil's strength."""
+"""Measurements on a finished simulation: the heap's angle and height, the sheared soil's strength."""

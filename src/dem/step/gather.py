@@ -1,4 +1,4 @@
-"""Gather and scatter of grain pairs: records at scattered places into the rows of the work buffer, and back.
+"""Gather and scatter of contacts: records at scattered positions into the rows of the work buffer, and back.
 
 These are the plain versions; `dem.step.vectors` has their twins in vector code.
 """
@@ -6,9 +6,10 @@ These are the plain versions; `dem.step.vectors` has their twins in vector code.
 import numpy as np
 
 from dem.jit import lean_jit
-from dem.layout import BLOCK as B
 from dem.layout import (
+    APPROACH,
     FORCE,
+    GAP,
     LOAD,
     MOTION,
     PLACE,
@@ -19,6 +20,8 @@ from dem.layout import (
     RESIST,
     RESISTANCE,
     SECOND_SPIN,
+    SEPARATION,
+    SPIN_SUM,
     TWIST,
     TWIST_J,
     UX,
@@ -29,71 +32,55 @@ from dem.layout import (
     VZ,
     U,
 )
-from dem.lists.grid import nearest_image
+from dem.layout import BLOCK as B
+from dem.lists.grid import nearest
 
 
 @lean_jit
 def store_separation(x, y, z, R_sum, q, b):
-    """Put one pair's separation and R_sum^2 - d^2 into the work buffer: computed in float64, then rounded."""
-    b[q] = x
-    b[B + q] = y
-    b[2 * B + q] = z
-    b[3 * B + q] = R_sum * R_sum - (x * x + y * y + z * z)
+    """Write one pair's separation and R_sum^2 - d^2 into the work buffer: computed in float64, then rounded."""
+    b[SEPARATION * B + q] = x
+    b[(SEPARATION + 1) * B + q] = y
+    b[(SEPARATION + 2) * B + q] = z
+    b[GAP * B + q] = R_sum * R_sum - (x * x + y * y + z * z)
 
 
 @lean_jit
-def store_velocities(motion, i, j, q, b, elastic):
-    """Put one pair's relative velocity and sum of spin velocities into the work buffer; motion records begin at i and j.
+def store_velocities(motion, i, j, q, b, spins):
+    """Write one pair's relative velocity and sum of spin velocities into the work buffer; motion records begin at i and j.
 
-    elastic : None for type A; anything else for type C, which needs the spin velocity of j as well.
+    spins : None, or anything else for laws that also need the spin velocity of j.
     """
-    b[4 * B + q] = motion[i + U[VX]] - motion[j + U[VX]]
-    b[5 * B + q] = motion[i + U[VY]] - motion[j + U[VY]]
-    b[6 * B + q] = motion[i + U[VZ]] - motion[j + U[VZ]]
-    b[7 * B + q] = motion[i + U[UX]] + motion[j + U[UX]]
-    b[8 * B + q] = motion[i + U[UY]] + motion[j + U[UY]]
-    b[9 * B + q] = motion[i + U[UZ]] + motion[j + U[UZ]]
-    if elastic is not None:
+    b[APPROACH * B + q] = motion[i + U[VX]] - motion[j + U[VX]]
+    b[(APPROACH + 1) * B + q] = motion[i + U[VY]] - motion[j + U[VY]]
+    b[(APPROACH + 2) * B + q] = motion[i + U[VZ]] - motion[j + U[VZ]]
+    b[SPIN_SUM * B + q] = motion[i + U[UX]] + motion[j + U[UX]]
+    b[(SPIN_SUM + 1) * B + q] = motion[i + U[UY]] + motion[j + U[UY]]
+    b[(SPIN_SUM + 2) * B + q] = motion[i + U[UZ]] + motion[j + U[UZ]]
+    if spins is not None:
         for t in range(3):
             b[(SECOND_SPIN + t) * B + q] = motion[j + U[UX + t]]
 
 
 @lean_jit
-def gather_pairs(grains, first, second, n, b, elastic):
-    """Fill the work buffer for n pairs."""
+def gather_pairs(grains, first, second, n, b, access):
+    """Fill the work buffer for n pairs; access : see `dem.layout.Access`."""
     place = grains.place
     for q in range(n):
         i = np.uint64(first[q] * PLACE)
         j = np.uint64(second[q] * PLACE)
-        x = place[i] - place[j]
-        y = place[i + U[1]] - place[j + U[1]]
-        z = place[i + U[2]] - place[j + U[2]]
+        x = nearest(place[i] - place[j], 0, access.images)
+        y = nearest(place[i + U[1]] - place[j + U[1]], 1, access.images)
+        z = nearest(place[i + U[2]] - place[j + U[2]], 2, access.images)
         store_separation(x, y, z, place[i + U[RADIUS]] + place[j + U[RADIUS]], q, b)
-        store_velocities(grains.motion, np.uint64(first[q] * MOTION), np.uint64(second[q] * MOTION), q, b, elastic)
+        store_velocities(grains.motion, np.uint64(first[q] * MOTION), np.uint64(second[q] * MOTION), q, b, access.spins)
 
 
 @lean_jit
-def gather_periodic_pairs(grains, period, frequency, first, second, n, b, elastic):
-    """As `gather_pairs`, with separations to the nearest periodic image; frequency is 1/period, 0 where not periodic."""
-    place = grains.place
-    for q in range(n):
-        i = np.uint64(first[q] * PLACE)
-        j = np.uint64(second[q] * PLACE)
-        x = place[i] - place[j]
-        y = place[i + U[1]] - place[j + U[1]]
-        z = place[i + U[2]] - place[j + U[2]]
-        x = nearest_image(x, period[0], frequency[0])
-        y = nearest_image(y, period[1], frequency[1])
-        z = nearest_image(z, period[2], frequency[2])
-        store_separation(x, y, z, place[i + U[RADIUS]] + place[j + U[RADIUS]], q, b)
-        store_velocities(grains.motion, np.uint64(first[q] * MOTION), np.uint64(second[q] * MOTION), q, b, elastic)
+def gather_at_surface(grains, velocity, first, n, b, places):
+    """Centres and radii of n grains near a surface of this velocity (3,), and their motion relative to it.
 
-
-@lean_jit
-def gather_at_wall(grains, velocity, first, n, b, places):
-    """Of n grains that may touch a wall of this velocity (3,): centres and radii, and their motion relative to the wall.
-
-    places : (at least 3 BLOCK + n,) float64, rows x, y, z, radius of BLOCK values. `dem.walls` makes separations of them.
+    places : (at least 3 BLOCK + n,) float64, rows x, y, z, radius of BLOCK values. `dem.shapes` turns them into separations.
     """
     for q in range(n):
         o, i = np.uint64(first[q] * PLACE), np.uint64(first[q] * MOTION)
@@ -101,17 +88,17 @@ def gather_at_wall(grains, velocity, first, n, b, places):
         places[B + q] = grains.place[o + U[1]]
         places[2 * B + q] = grains.place[o + U[2]]
         places[3 * B + q] = grains.place[o + U[RADIUS]]
-        b[4 * B + q] = grains.motion[i + U[VX]] - velocity[0]
-        b[5 * B + q] = grains.motion[i + U[VY]] - velocity[1]
-        b[6 * B + q] = grains.motion[i + U[VZ]] - velocity[2]
-        b[7 * B + q] = grains.motion[i + U[UX]]
-        b[8 * B + q] = grains.motion[i + U[UY]]
-        b[9 * B + q] = grains.motion[i + U[UZ]]
+        b[APPROACH * B + q] = grains.motion[i + U[VX]] - velocity[0]
+        b[(APPROACH + 1) * B + q] = grains.motion[i + U[VY]] - velocity[1]
+        b[(APPROACH + 2) * B + q] = grains.motion[i + U[VZ]] - velocity[2]
+        b[SPIN_SUM * B + q] = grains.motion[i + U[UX]]
+        b[(SPIN_SUM + 1) * B + q] = grains.motion[i + U[UY]]
+        b[(SPIN_SUM + 2) * B + q] = grains.motion[i + U[UZ]]
 
 
 @lean_jit
-def scatter_at_wall(loads, first, n, b):
-    """Add the loads of n wall contacts to their grains."""
+def scatter_at_surface(loads, first, n, b):
+    """Add the loads of n contacts with a surface to their grains."""
     for q in range(n):
         i = np.uint64(first[q] * LOAD)
         for t in range(3):
@@ -121,8 +108,8 @@ def scatter_at_wall(loads, first, n, b):
 
 
 @lean_jit
-def scatter_pairs(loads, first, second, n, b, elastic):
-    """Add the loads of n pairs to their grains; with type C the torques on i and j differ."""
+def scatter_pairs(loads, first, second, n, b, spins):
+    """Add the loads of n pairs to their grains; spins : None if the torques on i and j are equal."""
     for q in range(n):
         i = np.uint64(first[q] * LOAD)
         j = np.uint64(second[q] * LOAD)
@@ -136,7 +123,7 @@ def scatter_pairs(loads, first, second, n, b, elastic):
         loads[i + U[QY]] += qy
         loads[i + U[QZ]] += qz
         loads[i + U[RESIST]] += resist
-        if elastic is not None:
+        if spins is not None:
             qx, qy, qz = b[TWIST_J * B + q], b[(TWIST_J + 1) * B + q], b[(TWIST_J + 2) * B + q]
         loads[j] -= fx
         loads[j + U[1]] -= fy

@@ -5,350 +5,285 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem import ledger as energy
+from dem.bodies import carry_glued, fastest_body, geometry_ahead, move_bodies, sum_forces
 from dem.jit import jit, lean_jit
-from dem.layout import BLOCK, PLACE
+from dem.layout import PLACE
+from dem.ledger import Ledger, book_step, note_step
 from dem.lists.blocks import common_constants
-from dem.lists.grid import frequencies, is_sound
+from dem.lists.grid import is_sound
 from dem.lists.history import carry_history, save_history
 from dem.lists.pairs import find_pairs
-from dem.lists.slabs import cut_contacts, slab_numbers, used_slabs
-from dem.lists.surfaces import find_wall_pairs, prune_walls
+from dem.lists.slabs import cut_contacts, used_slabs
+from dem.lists.storage import STALE, copy_list
+from dem.lists.surfaces import find_surface_pairs, prune_surfaces
 from dem.step import schedule
-from dem.step.motion import carry_glued, fastest_grain
-from dem.walls import fastest_wall, later, move_walls
+from dem.step.motion import fastest_grain
 
-#: A bound that stands for lists that must be remade (m; finite, because kernels may assume that no value is infinite).
-LISTS_STALE = 1e30
+#: Reason for which `advance` returned.
+FINISHED, PAIRS_FULL, SURFACE_PAIRS_FULL, CONTACTS_FULL, BLEW_UP = range(5)
 
-#: Why `advance` came back.
-FINISHED, PAIRS_FULL, WALL_PAIRS_FULL, CONTACTS_FULL, BLEW_UP = range(5)
-
-#: Square of the reach of the pairs' inner list over skin and way of the fastest grain in a step. Farther, and it lasts longer but
-#: holds more pairs that do not touch; at the square root of the way both cost about the same.
+#: Square of the inner list's cutoff over skin and displacement of the fastest grain in a step. A larger cutoff lasts longer but
+#: includes more pairs that do not touch; at the square root of the displacement both cost about the same.
 UPKEEP = 1.44
-#: Few grains are near walls: the inner list of walls lasts about so many steps.
-WALL_PRUNE_STEPS = 20.0
-#: Reach in skins: of the pairs' inner list at least, of the walls' at least, of both at most.
-LEAST_REACH, LEAST_WALL_REACH, MOST_REACH = 5e-4, 0.1, 0.3
+#: Few grains are near surfaces: the inner list of surfaces lasts about this number of steps.
+SURFACE_PRUNE_STEPS = 20.0
+#: Cutoffs of the inner lists in skins: minimum for pairs, minimum for surfaces, maximum for both.
+MIN_CUTOFF, MIN_SURFACE_CUTOFF, MAX_CUTOFF = 5e-4, 0.1, 0.3
+
+#: Entries of the pace: bounds on the displacement of grains and of bodies since the last pruning (m), cutoffs of the inner lists
+#: (m), largest speed of grains and bodies (m/s).
+TRAVEL, BODY_TRAVEL, CUTOFF, SURFACE_CUTOFF, SPEED, BODY_SPEED, PACE = range(7)
 
 
-class OuterList(NamedTuple):
-    """Rows of partners with their contact history: row (n, 2) begin and end; owner, partner (capacity), history (capacity, 3 or 6).
+class Limits(NamedTuple):
+    """Number of steps, skin of the outer lists (m), speed above which the state is worthless (m/s)."""
 
-    order (n,) and slab (SLABS + 1,): the grains in cell order and where its slabs begin (pairs only).
-    """
-
-    row: np.ndarray
-    owner: np.ndarray
-    partner: np.ndarray
-    history: np.ndarray
-    order: np.ndarray
-    slab: np.ndarray
+    n_steps: int
+    skin: float
+    speed: float
 
 
-class Contacts(NamedTuple):
-    """The inner list: grain i, grain or wall j, entry of the outer list, and the blocks of constants and history (see `layout`).
+class Outputs(NamedTuple):
+    """mean_force (bodies, 3): mean force in N of the grains on each body. ledger: None, or books every step."""
 
-    Slab s has count[s] contacts from begin[s] on; in the list for walls, slab s has count[p] with wall w, p = s x walls + w.
-    alike (1,): whether all contacts have the pair constants in `common` (1, CONSTANTS x BLOCK), and `constants` are not used.
-    """
-
-    first: np.ndarray
-    second: np.ndarray
-    slot: np.ndarray
-    constants: np.ndarray
-    history: np.ndarray
-    begin: np.ndarray
-    count: np.ndarray  # type: ignore[assignment]  # hides a tuple's own count(), which nobody needs here
-    common: np.ndarray
-    alike: np.ndarray
-
-
-class Options(NamedTuple):
-    """Which code runs: vector code or its plain twin, type C rolling, nearest images."""
-
-    vector_code: bool
-    elastic_rolling: bool
-    periodic: bool
-
-
-class Constants(NamedTuple):
-    """Time step in float64; in the contact precision: time step, one, zero, a tiny positive number, the smallest normal force."""
-
-    step: float
-    dt: float
-    one: float
-    zero: float
-    tiny: float
-    least: float
-
-
-@jit
-def save_with_walls(contacts, history):
-    """Write the history of all contacts with walls back to the outer list, and forget the contacts."""
-    for part in range(contacts.count.shape[0]):
-        save_history(part, contacts, history)
-
-
-@jit
-def rebuild(grains, period, walls, skin, pair_list, wall_pairs, spare, wall_spare, contacts):
-    """Remake both outer lists, carrying history. Returns FINISHED, or why not (then nothing has changed)."""
-    if not is_sound(grains):
-        return BLEW_UP
-    n_pairs = find_pairs(grains, period, skin, spare.row, spare.owner, spare.partner, spare.order, spare.slab)
-    if n_pairs < 0:
-        return PAIRS_FULL
-    if find_wall_pairs(grains, walls, skin, wall_spare.row, wall_spare.owner, wall_spare.partner) < 0:
-        return WALL_PAIRS_FULL
-    carry_history(pair_list, spare, True)
-    carry_history(wall_pairs, wall_spare, False)
-    copy_list(spare, pair_list)
-    copy_list(wall_spare, wall_pairs)
-    cut_contacts(pair_list.row, pair_list.order, pair_list.slab, n_pairs, contacts.begin)
-    return FINISHED
-
-
-@jit
-def copy_list(source, target):
-    """Copy an outer list into another that is at least as long."""
-    m = 0
-    for i in range(source.row.shape[0]):
-        target.row[i, 0], target.row[i, 1] = source.row[i, 0], source.row[i, 1]
-        m = max(m, source.row[i, 1])
-    target.order[:] = source.order
-    target.slab[:] = source.slab
-    for k in range(m):
-        target.owner[k] = source.owner[k]
-        target.partner[k] = source.partner[k]
-        target.history[k] = source.history[k]
-
-
-@jit
-def farthest(grains, origin):
-    """Longest way in m of any grain from its place in `origin`."""
-    most = 0.0
-    for i in range(origin.shape[0]):
-        way = 0.0
-        for a in range(3):
-            way += (grains.place[PLACE * i + a] - origin[i, a]) ** 2
-        most = max(most, way)
-    return math.sqrt(most)
+    mean_force: np.ndarray
+    ledger: Ledger | None
 
 
 @lean_jit
-def steps_within(way, way_per_step, used):
-    """How many steps so many slabs make at once while no grain goes farther than `way` (m) before the last of them.
+def advance(state, scene, lists, model, scratch, limits, outputs):
+    """Advance everything by limits.n_steps. Overwrites state, scene, lists and outputs.
 
-    The speeds are known only afterwards: each step is reckoned to take twice the way of the step before. Should a grain gain more
-    than that speed in these few steps, a contact that it makes then is felt by so many steps late.
+    Returns (reason, steps done, outer rebuilds, inner prunings). The reasons that end in FULL ask for a longer list; the state is
+    then consistent and the call can be repeated with the remaining steps. BLEW_UP: something moves faster than limits.speed, or has
+    no sensible position, and the state is worthless.
     """
-    most = schedule.most_steps(used)
+    run = schedule.Run(state, scene, lists, model, scratch)
+    pace = scratch.pace
+    begin(run, pace)
+    reason, done, n_rebuilds, n_prunings = FINISHED, 0, 0, 0
+    clear_all(outputs.mean_force)
+    clear_all(scratch.speeds)
+    common_constants(state, lists.pairs.contacts, model)
+    while done < limits.n_steps:
+        if is_due(pace):
+            reason, rebuilt = refresh_lists(run, pace, limits.skin)
+            n_rebuilds += rebuilt
+            if reason != FINISHED:
+                break
+            n_prunings += 1
+        plan = next_plan(run, pace, limits.n_steps - done, outputs.ledger is None)
+        note_step(run, outputs.ledger)
+        geometry_ahead(scene, model.step_s, scratch.geometry[: plan.n_steps])
+        schedule.steps(plan, run, scratch.threads)
+        sum_forces(scene, scratch.force, used_slabs(lists.pairs.outer.slab))
+        carry_glued(state.grains, state.loads, scene)
+        book_step(run, outputs.ledger)
+        add_to(outputs.mean_force, scene.bodies.force)
+        if not plan.moves:
+            schedule.move(run, scratch.threads)
+        follow(run, pace, plan.n_steps)
+        done += plan.n_steps
+        if max(pace[SPEED], pace[BODY_SPEED]) > limits.speed:
+            reason = BLEW_UP
+            break
+    save_all(lists, scratch.threads)
+    lists.age[0] += pace[TRAVEL]
+    divide(outputs.mean_force, max(done, 1))
+    return reason, done, n_rebuilds, n_prunings
+
+
+@lean_jit
+def begin(run, pace):
+    """Set the pace before the first step: inner lists are due."""
+    pace[TRAVEL], pace[BODY_TRAVEL], pace[CUTOFF], pace[SURFACE_CUTOFF] = 0.0, 0.0, -1.0, -1.0
+    pace[SPEED], pace[BODY_SPEED] = fastest_grain(run.state.grains), fastest_body(run.scene.bodies)
+
+
+@lean_jit
+def clear(values):
+    """Set a one-dimensional array to zero."""
+    for k in range(values.shape[0]):
+        values[k] = 0
+
+
+@lean_jit
+def clear_all(values):
+    """Set a two-dimensional array to zero."""
+    for k in range(values.shape[0]):
+        clear(values[k])
+
+
+@lean_jit
+def add_to(total, part):
+    """Add an array to another."""
+    for w in range(total.shape[0]):
+        for t in range(3):
+            total[w, t] += part[w, t]
+
+
+@lean_jit
+def divide(total, n):
+    """Divide an array by a number."""
+    for w in range(total.shape[0]):
+        for t in range(3):
+            total[w, t] /= n
+
+
+@lean_jit
+def is_due(pace):
+    """True if the inner lists could miss a contact."""
+    return 2.0 * pace[TRAVEL] > pace[CUTOFF] or pace[TRAVEL] + pace[BODY_TRAVEL] > pace[SURFACE_CUTOFF]
+
+
+@lean_jit
+def next_plan(run, pace, n_left, no_ledger):
+    """Number of steps to fuse, at most n_left, and whether grains move within them."""
+    # loads on glued grains go to their bodies, and the ledger books complete loads: then all grains wait for all loads
+    moves = run.scene.glued.grain.shape[0] == 0 and no_ledger
+    if not moves or is_driven(run.scene.bodies):
+        return schedule.Plan(1, moves)
+    speed, body_speed = pace[SPEED], pace[BODY_SPEED]
+    of_pairs = 0.5 * pace[CUTOFF] - pace[TRAVEL]
+    of_surfaces = 0.5 * (pace[SURFACE_CUTOFF] - pace[TRAVEL] - pace[BODY_TRAVEL])
+    displacement = max(speed, 0.5 * (speed + body_speed)) * run.model.step_s
+    n = steps_within(min(of_pairs, of_surfaces), displacement, used_slabs(run.lists.pairs.outer.slab))
+    return schedule.Plan(min(n_left, n), moves)
+
+
+@lean_jit
+def is_driven(bodies):
+    """True if a force drives any body."""
+    for w in range(bodies.driven.shape[0]):
+        for t in range(3):
+            if bodies.driven[w, t] > 0:
+                return True
+    return False
+
+
+@lean_jit
+def steps_within(max_displacement, displacement, used):
+    """Number of steps to fuse so that no grain moves more than `max_displacement` (m) before the last of them.
+
+    The speeds are known only afterwards: each step is assumed to double the displacement of the step before, the first being
+    `displacement`. If a grain gains more speed in these few steps, a contact that it makes then acts some steps late.
+    """
+    most = schedule.max_steps(used)
     k = 1
-    while k < most and k * 2.0 * way_per_step <= way:
+    while k < most and k * 2.0 * displacement <= max_displacement:
         k += 1
     return k
 
 
 @lean_jit
-def sum_wall_forces(walls, force, used):
-    """Set `walls.force` to the forces of the grains of all used slabs on each wall since the last call."""
-    for w in range(force.shape[1]):
-        for t in range(3):
-            total = 0.0
-            for s in range(used):
-                total += force[s, w, t]
-                force[s, w, t] = 0.0
-            walls.force[w, t] = total
+def follow(run, pace, n_steps):
+    """Move the bodies by the steps that were made, and add up the displacements."""
+    dt = run.model.step_s
+    used = used_slabs(run.lists.pairs.outer.slab)
+    for k in range(n_steps):
+        body_speed, speed = move_bodies(run.scene, dt), largest(run.scratch.speeds[k], used)
+        pace[TRAVEL] += speed * dt
+        pace[BODY_TRAVEL] += body_speed * dt
+        run.lists.age[1] += body_speed * dt
+        pace[SPEED], pace[BODY_SPEED] = speed, body_speed
 
 
-@jit
-def refresh_lists(
-    grains,
-    material,
-    walls,
-    pair_list,
-    wall_pairs,
-    spare,
-    wall_spare,
-    contacts,
-    wall_contacts,
-    pair_table,
-    n_materials,
-    period,
-    frequency,
-    skin,
-    reach,
-    wall_reach,
-    options,
-    origin,
-    list_age,
-    parallel,
-):
-    """Save the contacts' history, rebuild the outer lists if a pair could be missing, and prune up to `reach` and `wall_reach`.
+@lean_jit
+def largest(speeds, used):
+    """Largest of the first `used` speeds."""
+    speed = 0.0
+    for s in range(used):
+        speed = max(speed, speeds[s])
+    return speed
 
-    Arguments as in `advance`. Returns (FINISHED or why not, outer rebuilds).
-    """
+
+@lean_jit
+def cutoffs(displacement, body_displacement, skin):
+    """Cutoff (m) of the inner lists of pairs and surfaces, for the displacement of the fastest grain and body in a step (m)."""
+    of_pairs = max(math.sqrt(UPKEEP * displacement * skin), MIN_CUTOFF * skin)
+    of_surfaces = max(1.1 * SURFACE_PRUNE_STEPS * (displacement + body_displacement), MIN_SURFACE_CUTOFF * skin)
+    return min(of_pairs, MAX_CUTOFF * skin), min(of_surfaces, MAX_CUTOFF * skin)
+
+
+@lean_jit
+def refresh_lists(run, pace, skin):
+    """Save the contacts' history, rebuild the outer lists if a pair could be missing, and prune. Returns (reason, rebuilds)."""
+    lists, model, dt, age = run.lists, run.model, run.model.step_s, run.lists.age
+    age[0] += pace[TRAVEL]
+    pace[TRAVEL], pace[BODY_TRAVEL] = 0.0, 0.0
+    pace[CUTOFF], pace[SURFACE_CUTOFF] = cutoffs(pace[SPEED] * dt, pace[BODY_SPEED] * dt, skin)
     n_rebuilds = 0
-    if parallel is None:
-        schedule.save(contacts, pair_list.history)
-    else:
-        schedule.save_threads(contacts, pair_list.history)
-    save_with_walls(wall_contacts, wall_pairs.history)
-    if are_old(list_age, reach, wall_reach, skin) and list_age[0] < LISTS_STALE:
-        list_age[0] = farthest(grains, origin)  # the bound adds up the fastest grain of every step
-    if are_old(list_age, reach, wall_reach, skin):
-        reason = rebuild(grains, period, walls, skin, pair_list, wall_pairs, spare, wall_spare, contacts)
+    save_all(lists, run.scratch.threads)
+    if are_old(age, pace, skin) and age[0] < STALE:
+        age[0] = largest_displacement(run.state.grains, lists.origin)  # the bound adds up the fastest grain of every step
+    if are_old(age, pace, skin):
+        reason = rebuild(run, skin)
         if reason != FINISHED:
             return reason, n_rebuilds
         n_rebuilds = 1
-        list_age[:] = 0.0
-        for i in range(origin.shape[0]):
-            for a in range(3):
-                origin[i, a] = grains.place[PLACE * i + a]
-    if parallel is None:
-        fits = schedule.prune(
-            grains, period, frequency, options.periodic, pair_list, reach, contacts, pair_table, n_materials, material
-        )
-    else:
-        fits = schedule.prune_threads(
-            grains, period, frequency, options.periodic, pair_list, reach, contacts, pair_table, n_materials, material
-        )
-    if not fits:
-        contacts.count[:] = 0
+    if not schedule.prune(run.state, lists.pairs, pace[CUTOFF], model, run.scratch.threads):
+        clear(lists.pairs.contacts.count)
         return CONTACTS_FULL, n_rebuilds
-    prune_walls(grains, walls, wall_pairs, slab_numbers(pair_list), wall_reach, wall_contacts, pair_table, n_materials, material)
+    prune_surfaces(run.state, run.scene.surfaces, lists, pace[SURFACE_CUTOFF], model)
     return FINISHED, n_rebuilds
 
 
 @lean_jit
-def reaches(grain_way, wall_way, skin):
-    """Reach (m) of the inner lists of pairs and of walls, where the fastest grain and wall go so far in a step (m)."""
-    of_pairs = max(math.sqrt(UPKEEP * grain_way * skin), LEAST_REACH * skin)
-    of_walls = max(1.1 * WALL_PRUNE_STEPS * (grain_way + wall_way), LEAST_WALL_REACH * skin)
-    return min(of_pairs, MOST_REACH * skin), min(of_walls, MOST_REACH * skin)
-
-
-@lean_jit
-def are_old(list_age, reach, wall_reach, skin):
-    """Whether the outer lists could miss a pair, or a grain at a wall, within the reach of the inner lists."""
-    return 2.0 * list_age[0] + reach > skin or list_age[0] + list_age[1] + wall_reach > skin
+def are_old(age, pace, skin):
+    """True if the outer lists could miss a pair, or a grain at a surface, within the cutoff of the inner lists."""
+    return 2.0 * age[0] + pace[CUTOFF] > skin or age[0] + age[1] + pace[SURFACE_CUTOFF] > skin
 
 
 @jit
-def advance(
-    grains,
-    material,
-    loads,
-    walls,
-    pair_list,
-    wall_pairs,
-    spare,
-    wall_spare,
-    contacts,
-    wall_contacts,
-    pair_table,
-    n_materials,
-    glued,
-    carrier,
-    gravity,
-    period,
-    buffers,
-    speeds,
-    constants,
-    dt,
-    skin,
-    speed_limit,
-    n_steps,
-    options,
-    origin,
-    list_age,
-    mean_force,
-    parallel,
-    ledger,
-):
-    """Advance everything by n_steps of dt.
+def largest_displacement(grains, origin):
+    """Largest distance in m of any grain from its position in `origin`."""
+    largest = 0.0
+    for i in range(origin.shape[0]):
+        d2 = 0.0
+        for a in range(3):
+            d2 += (grains.place[PLACE * i + a] - origin[i, a]) ** 2
+        largest = max(largest, d2)
+    return math.sqrt(largest)
 
-    Overwrites grains, walls and the lists; `mean_force` (walls, 3) receives the mean force of the grains on each wall.
-    `origin` (n, 3) keeps where the grains were when the outer lists were made, `list_age` the bound on any grain's way and the
-    walls' way since then (m); LISTS_STALE in the first asks for new lists.
-    `parallel` : None for one thread, anything else for numba's number of threads (the other branch is then not even compiled).
-    `ledger` : None, or a `dem.ledger.Ledger` that books every step.
-    Returns (reason, steps done, outer rebuilds, inner prunings). The reasons that end in FULL ask for a longer list; the state is
-    then consistent and the call can be repeated with the remaining steps. BLEW_UP: something moves faster than speed_limit, or is
-    out of any sensible place, and the state is worthless.
-    """
-    frequency = frequencies(period)
-    n_rebuilds = 0
-    n_prunings = 0
-    travel, wall_travel = 0.0, 0.0  # bounds on the ways of the grains and the walls since the last pruning
-    reach, wall_reach = -1.0, -1.0
-    grain_speed, wall_speed = fastest_grain(grains), fastest_wall(walls)
-    reason = FINISHED
-    done = 0
-    mean_force[:] = 0.0
-    # loads on glued grains are the walls', and the ledger books complete loads: then all grains wait for all loads
-    moves_at_once = glued.shape[0] == 0 and ledger is None
-    is_driven = walls.kind.shape[0] > 0 and walls.drive_axis.max() >= 0
-    n_walls = walls.kind.shape[0]
-    wall_steps = schedule.WallSteps(
-        np.empty((schedule.STEPS_AT_ONCE, n_walls, 7)),
-        np.zeros((speeds.shape[1], n_walls, 3)),
-        np.empty((buffers.shape[0], 4 * BLOCK)),
-    )
-    speeds[:] = 0.0
-    common_constants(grains, contacts, pair_table, n_materials, material)
-    while done < n_steps:
-        if 2.0 * travel > reach or travel + wall_travel > wall_reach:
-            list_age[0] += travel
-            travel, wall_travel = 0.0, 0.0
-            reach, wall_reach = reaches(grain_speed * dt, wall_speed * dt, skin)
-            reason, rebuilt = refresh_lists(
-                grains, material, walls, pair_list, wall_pairs, spare, wall_spare, contacts, wall_contacts, pair_table, n_materials,
-                period, frequency, skin, reach, wall_reach, options, origin, list_age, parallel,
-            )  # fmt: skip
-            n_rebuilds += rebuilt
-            if reason != FINISHED:
-                break
-            n_prunings += 1
-        used, at_once = used_slabs(pair_list.slab), 1
-        if moves_at_once and not is_driven:
-            left = min(0.5 * reach - travel, 0.5 * (wall_reach - travel - wall_travel))
-            at_once = min(n_steps - done, steps_within(left, max(grain_speed, 0.5 * (grain_speed + wall_speed)) * dt, used))
-        if ledger is not None:
-            energy.note_step(grains, period, frequency, contacts, walls, wall_contacts, constants, ledger, options.elastic_rolling)
-        later(walls, dt, wall_steps.geometry[:at_once])
-        if parallel is None:
-            schedule.steps(
-                at_once, moves_at_once, grains, loads, contacts, walls, wall_contacts, wall_steps, pair_list, period, frequency,
-                gravity, buffers, speeds, constants, options,
-            )  # fmt: skip
-        else:
-            schedule.steps_threads(
-                at_once, moves_at_once, grains, loads, contacts, walls, wall_contacts, wall_steps, pair_list, period, frequency,
-                gravity, buffers, speeds, constants, options,
-            )  # fmt: skip
-        sum_wall_forces(walls, wall_steps.force, used)
-        carry_glued(grains, loads, walls, glued, carrier)
-        if ledger is not None:
-            energy.book_step(grains, loads, contacts, walls, wall_contacts, gravity, dt, ledger)
-        mean_force += walls.force
-        if not moves_at_once:
-            if parallel is None:
-                schedule.move(grains, loads, pair_list, gravity, speeds, constants, options)
-            else:
-                schedule.move_threads(grains, loads, pair_list, gravity, speeds, constants, options)
-        for k in range(at_once):
-            wall_speed, grain_speed = move_walls(walls, dt), speeds[k, :used].max()
-            travel += grain_speed * dt
-            wall_travel += wall_speed * dt
-            list_age[1] += wall_speed * dt
-        done += at_once
-        if max(grain_speed, wall_speed) > speed_limit:
-            reason = BLEW_UP
-            break
-    schedule.save(contacts, pair_list.history)
-    save_with_walls(wall_contacts, wall_pairs.history)
-    list_age[0] += travel
-    mean_force /= max(done, 1)
-    return reason, done, n_rebuilds, n_prunings
+
+@lean_jit
+def rebuild(run, skin):
+    """Rebuild both outer lists, carrying history. Returns FINISHED, or a reason (then nothing has changed)."""
+    grains, scene, pairs, surfaces = run.state.grains, run.scene, run.lists.pairs, run.lists.surfaces
+    if not is_sound(grains):
+        return BLEW_UP
+    n_pairs = find_pairs(grains, scene.period, run.model.access.images, skin, pairs.spare)
+    if n_pairs < 0:
+        return PAIRS_FULL
+    if find_surface_pairs(grains, scene.surfaces, skin, surfaces.spare) < 0:
+        return SURFACE_PAIRS_FULL
+    carry_history(pairs.outer, pairs.spare, True)
+    carry_history(surfaces.outer, surfaces.spare, False)
+    copy_list(pairs.spare, pairs.outer)
+    copy_list(surfaces.spare, surfaces.outer)
+    cut_contacts(pairs.outer, n_pairs, pairs.contacts.begin)
+    start_anew(grains, run.lists)
+    return FINISHED
+
+
+@lean_jit
+def start_anew(grains, lists):
+    """Note the positions at a rebuild."""
+    clear(lists.age)
+    for i in range(lists.origin.shape[0]):
+        for a in range(3):
+            lists.origin[i, a] = grains.place[PLACE * i + a]
+
+
+@lean_jit
+def save_all(lists, threads):
+    """Write the history of all contacts back to the outer lists, and forget the contacts."""
+    schedule.save(lists.pairs.contacts, lists.pairs.outer.history, threads)
+    save_at_surfaces(lists.surfaces)
+
+
+@lean_jit
+def save_at_surfaces(neighbours):
+    """Write the history of all contacts at surfaces back to the outer list, and forget the contacts."""
+    for part in range(neighbours.contacts.count.shape[0]):
+        save_history(part, neighbours.contacts, neighbours.outer.history)

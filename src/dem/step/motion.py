@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from dem.contact.laws.rolling import braked
+from dem.contact.laws.rolling_a import braked
 from dem.jit import exact_jit, jit, lean_jit
 from dem.layout import FREE, INVERSE_MASS, LOAD, MOTION, PLACE, QX, QY, QZ, RESIST, UX, UY, UZ, VX, VY, VZ, U
 
@@ -59,21 +59,6 @@ def integrate(grains, loads, which, gravity, dt, zero):
         for t in range(LOAD):
             loads[a + U[t]] = zero
     return math.sqrt(fastest)
-
-
-@lean_jit
-def carry_glued(grains, loads, walls, glued, carrier):
-    """Hand the loads on grains glued to a wall over to that wall, and give them its velocity."""
-    for k in range(glued.shape[0]):
-        w = carrier[k]
-        i = MOTION * glued[k]
-        a = LOAD * glued[k]
-        for t in range(3):
-            walls.force[w, t] += loads[a + t]
-            grains.motion[i + VX + t] = walls.velocity[w, t]
-            grains.motion[i + UX + t] = 0.0
-            grains.remainder[i + VX + t] = 0.0
-            grains.remainder[i + UX + t] = 0.0
 
 
 @lean_jit

@@ -13,11 +13,12 @@ import numpy as np
 from llvmlite import ir
 
 from dem.jit import cgutils, exact_jit, inline_jit, intrinsic, lean_jit, types
+from dem.layout import APPROACH as APPROACH_ROW
 from dem.layout import BLOCK, FORCE, FREE, INVERSE_MASS, LOAD, MOTION, PLACE, RESISTANCE, SPEEDS, TWIST, TWIST_J, UX, U
 from dem.step import gather, motion
 
 LANES = 8
-#: So many grains are integrated side by side, in so many groups one after another.
+#: Number of grains integrated in parallel lanes, and number of such groups per call.
 GROUP, GROUPS_AT_ONCE = 4, 8
 TINY = 1e-30
 
@@ -152,8 +153,8 @@ class Emitter:
         return self.pick(*xz, low), self.pick(*yr, low), self.pick(*xz, high), self.pick(*yr, high)
 
 
-def emit_gather(e, elastic, period=None, frequency=None):
-    """Emit the gather of LANES pairs; arguments (place, motion, first, second, q, b). elastic: the spin velocities of j too."""
+def emit_gather(e, spins, period=None, frequency=None):
+    """Emit the gather of LANES pairs; arguments (place, motion, first, second, q, b). spins: the spin velocities of j too."""
     place, motion, first, second, buffer = e.array(0), e.array(1), e.array(2), e.array(3), e.array(5)
     q, element = e.args[4], buffer[1]
     separations, approaches, spins = [], [], []
@@ -172,10 +173,10 @@ def emit_gather(e, elastic, period=None, frequency=None):
         for r, row in enumerate((*axes, gap)):
             e.store(buffer, e.at(q, r * BLOCK + h), e.narrow(row, element))
     rows = speed_rows(e, approaches)
-    if elastic:
+    if spins:
         rows += e.fours_to_rows(spins)[:3]
     for r, row in enumerate(rows):
-        e.store(buffer, e.at(q, (4 + r) * BLOCK), row)
+        e.store(buffer, e.at(q, (APPROACH_ROW + r) * BLOCK), row)
 
 
 def speed_rows(e, records):
@@ -184,7 +185,7 @@ def speed_rows(e, records):
     return [rows[t] for t in SPEEDS]
 
 
-def emit_gather_at_wall(e):
+def emit_gather_at_surface(e):
     """Emit the gather of LANES grains near a wall; arguments (place, motion, first, velocity, q, b, places)."""
     place, motion, first, q, buffer, places = e.array(0), e.array(1), e.array(2), e.args[4], e.array(5), e.array(6)
     v_wall = e.padded_axes(3)
@@ -199,7 +200,7 @@ def emit_gather_at_wall(e):
         for r, row in enumerate(e.transpose_places(centres[h : h + PLACE])):
             e.store(places, e.at(q, r * BLOCK + h), row)
     for r, row in enumerate(speed_rows(e, approaches)):
-        e.store(buffer, e.at(q, (4 + r) * BLOCK), row)
+        e.store(buffer, e.at(q, (APPROACH_ROW + r) * BLOCK), row)
 
 
 def nearest_image(e, x, period, frequency):
@@ -214,7 +215,7 @@ def load_records(e, buffer, q, twist):
     return e.transpose([*force, e.constant([0.0] * LANES, buffer[1]), *q_rows, resistance])
 
 
-def emit_scatter_at_wall(e):
+def emit_scatter_at_surface(e):
     """Emit the scatter of LANES wall contacts; arguments (loads, first, q, b)."""
     loads, first, q, buffer = e.array(0), e.array(1), e.args[2], e.array(3)
     for c, record in enumerate(load_records(e, buffer, q, TWIST)):
@@ -222,12 +223,12 @@ def emit_scatter_at_wall(e):
         e.store(loads, i, e.b.fadd(e.load(loads, i, LOAD), record))
 
 
-def emit_scatter(e, elastic):
-    """Emit the scatter of LANES pairs; arguments (loads, first, second, q, b). elastic: Q on j is not that on i."""
+def emit_scatter(e, spins):
+    """Emit the scatter of LANES pairs; arguments (loads, first, second, q, b). spins: Q on j is not that on i."""
     loads, first, second, buffer = e.array(0), e.array(1), e.array(2), e.array(4)
     q = e.args[3]
     on_i = load_records(e, buffer, q, TWIST)
-    on_j = load_records(e, buffer, q, TWIST_J) if elastic else on_i
+    on_j = load_records(e, buffer, q, TWIST_J) if spins else on_i
     sign = e.constant(REACTION, buffer[1])
     for c in range(LANES):
         i, j = (e.start(e.number(numbers, q, c), LOAD) for numbers in (first, second))
@@ -236,8 +237,8 @@ def emit_scatter(e, elastic):
 
 
 @intrinsic
-def ask_for(typing, array, index):
-    """Ask for the cache line of an element, so that it comes to the second-level cache while other work goes on."""
+def prefetch_line(typing, array, index):
+    """Prefetch the cache line of an element into the second-level cache."""
 
     def generate(context, builder, signature, args):
         pointer = builder.gep(Emitter(context, builder, signature, args).array(0)[0], [args[1]])
@@ -252,22 +253,22 @@ def ask_for(typing, array, index):
 
 
 @intrinsic
-def gather_lanes(typing, place, motion, first, second, q, b, elastic):
+def gather_lanes_direct(typing, place, motion, first, second, q, b, spins):
     """Gather LANES pairs from slot q on."""
 
     def generate(context, builder, signature, args):
-        emit_gather(Emitter(context, builder, signature, args), elastic != types.none)
+        emit_gather(Emitter(context, builder, signature, args), spins != types.none)
         return context.get_dummy_value()
 
-    return types.void(place, motion, first, second, q, b, elastic), generate
+    return types.void(place, motion, first, second, q, b, spins), generate
 
 
 @intrinsic
-def gather_lanes_at_wall(typing, place, motion, first, velocity, q, b, places):
+def gather_lanes_at_surface(typing, place, motion, first, velocity, q, b, places):
     """Gather LANES grains that may touch a wall of this velocity."""
 
     def generate(context, builder, signature, args):
-        emit_gather_at_wall(Emitter(context, builder, signature, args))
+        emit_gather_at_surface(Emitter(context, builder, signature, args))
         return context.get_dummy_value()
 
     return types.void(place, motion, first, velocity, q, b, places), generate
@@ -280,34 +281,34 @@ def spread_axes(e, k):
 
 
 @intrinsic
-def gather_lanes_periodic(typing, place, motion, first, second, q, b, period, frequency, elastic):
+def gather_lanes_periodic(typing, place, motion, first, second, q, b, period, frequency, spins):
     """Gather LANES pairs by nearest image."""
 
     def generate(context, builder, signature, args):
         e = Emitter(context, builder, signature, args)
-        emit_gather(e, elastic != types.none, spread_axes(e, 6), spread_axes(e, 7))
+        emit_gather(e, spins != types.none, spread_axes(e, 6), spread_axes(e, 7))
         return context.get_dummy_value()
 
-    return types.void(place, motion, first, second, q, b, period, frequency, elastic), generate
+    return types.void(place, motion, first, second, q, b, period, frequency, spins), generate
 
 
 @intrinsic
-def scatter_lanes(typing, loads, first, second, q, b, elastic):
+def scatter_lanes(typing, loads, first, second, q, b, spins):
     """Scatter the loads of LANES pairs from slot q on."""
 
     def generate(context, builder, signature, args):
-        emit_scatter(Emitter(context, builder, signature, args), elastic != types.none)
+        emit_scatter(Emitter(context, builder, signature, args), spins != types.none)
         return context.get_dummy_value()
 
-    return types.void(loads, first, second, q, b, elastic), generate
+    return types.void(loads, first, second, q, b, spins), generate
 
 
 @intrinsic
-def scatter_lanes_at_wall(typing, loads, first, q, b):
+def scatter_lanes_at_surface(typing, loads, first, q, b):
     """Scatter the loads of LANES wall contacts to their grains from slot q on."""
 
     def generate(context, builder, signature, args):
-        emit_scatter_at_wall(Emitter(context, builder, signature, args))
+        emit_scatter_at_surface(Emitter(context, builder, signature, args))
         return context.get_dummy_value()
 
     return types.void(loads, first, q, b), generate
@@ -336,8 +337,8 @@ def integrate_groups(typing, place, motion, remainder, loads, which, gravity, dt
 class Advance:
     """One step of group after group of GROUP grains; see `dem.step.motion.integrate`.
 
-    Resistance against spin takes a long chain of operations. A group is pulled before the group ahead of it is moved: so the
-    processor has work while it waits, which its window of some hundred instructions is too short to find by itself.
+    Resistance against spin is a long chain of dependent operations. A group is pulled before the previous group is moved, so that
+    the two chains overlap; the processor's instruction window is too short to overlap them by itself.
     """
 
     def __init__(self, e):
@@ -349,11 +350,11 @@ class Advance:
         self.kick = e.narrow(e.b.fmul(step, e.constant(KICK)), self.element)
         self.step = e.b.fmul(e.pick(step, step, range(PLACE)), e.constant([1.0, 1.0, 1.0, 0.0]))
         self.nothing = e.constant([0.0] * MOTION, self.element)
-        self.brake_ends = e.constant([0.0] * (MOTION - 1) + [-1.0], self.element)  # the resistance's way through
+        self.brake_ends = e.constant([0.0] * (MOTION - 1) + [-1.0], self.element)  # passes the resistance through
         self.fastest2 = e.constant([0.0] * MOTION, self.element)
 
     def pull(self, g):
-        """Of group g: numbers, changes of velocity without resistance, what it becomes, share of spin to take away (negative)."""
+        """Return numbers, velocity increments, unbraked velocities and braking factors (negative) of the grains of group g."""
         e = self.e
         numbers = [e.number(self.which, e.args[7], g * GROUP + c) for c in range(GROUP)]
         changes, unbraked = [], []
@@ -373,7 +374,7 @@ class Advance:
         return numbers, changes, unbraked, share
 
     def move(self, numbers, changes, unbraked, share):
-        """Take the share of spin away, round, move, and clear the loads."""
+        """Brake the spin, round, move, and clear the loads."""
         e = self.e
         for c, number in enumerate(numbers):
             brake = e.pick(share, self.brake_ends, [8, 8, 8, 8, UX + c, UX + c, UX + c, 15])
@@ -385,12 +386,12 @@ class Advance:
             e.store(self.remainder, e.start(number, MOTION), e.pick(rounded_off, rest, [0, 1, 2, 11, 4, 5, 6, 15]))
             e.store(self.loads, e.start(number, LOAD), self.nothing)
             at = e.start(number, PLACE)
-            way = e.widen(e.pick(after, after, range(PLACE)))
-            e.store(self.place, at, e.fma(way, self.step, e.load(self.place, at, PLACE)))
+            velocity = e.widen(e.pick(after, after, range(PLACE)))
+            e.store(self.place, at, e.fma(velocity, self.step, e.load(self.place, at, PLACE)))
 
 
 def emit_integrate(e, n_groups):
-    """Emit one step of so many groups of grains."""
+    """Emit one step of n_groups groups of grains."""
     advance, pulled = Advance(e), []
     for g in range(n_groups + 1):
         if g < n_groups:
@@ -421,58 +422,58 @@ def largest(e, vector):
 
 @lean_jit
 def prefetch(grains, loads, which):
-    """Ask for what contacts need of the grains of the numbers `which`, array by array: in most cases neighbours in memory."""
+    """Prefetch the records of the grains of the numbers `which`, array by array: most are neighbours in memory."""
     for k in range(which.shape[0]):
-        ask_for(grains.place, np.uint64(which[k]) * U[PLACE])
+        prefetch_line(grains.place, np.uint64(which[k]) * U[PLACE])
     for k in range(which.shape[0]):
-        ask_for(grains.motion, np.uint64(which[k]) * U[MOTION])
+        prefetch_line(grains.motion, np.uint64(which[k]) * U[MOTION])
     for k in range(which.shape[0]):
-        ask_for(loads, np.uint64(which[k]) * U[LOAD])
+        prefetch_line(loads, np.uint64(which[k]) * U[LOAD])
+
+
+@inline_jit
+def gather_lanes(grains, first, second, q, b, images, spins):
+    """Gather LANES pairs from slot q on."""
+    if images is None:
+        gather_lanes_direct(grains.place, grains.motion, first, second, q, b, spins)
+    else:
+        gather_lanes_periodic(grains.place, grains.motion, first, second, q, b, images.length, images.frequency, spins)
 
 
 @lean_jit
-def gather_pairs(grains, first, second, n, b, elastic):
+def gather_pairs(grains, first, second, n, b, access):
     """As `dem.step.gather.gather_pairs`."""
     whole = n - n % LANES
     for q in range(0, whole, LANES):
-        gather_lanes(grains.place, grains.motion, first, second, q, b, elastic)
-    gather.gather_pairs(grains, first[whole:], second[whole:], n - whole, b[whole:], elastic)
-
-
-@lean_jit
-def gather_periodic_pairs(grains, period, frequency, first, second, n, b, elastic):
-    """As `dem.step.gather.gather_periodic_pairs`."""
-    whole = n - n % LANES
-    for q in range(0, whole, LANES):
-        gather_lanes_periodic(grains.place, grains.motion, first, second, q, b, period, frequency, elastic)
-    gather.gather_periodic_pairs(grains, period, frequency, first[whole:], second[whole:], n - whole, b[whole:], elastic)
+        gather_lanes(grains, first, second, q, b, access.images, access.spins)
+    gather.gather_pairs(grains, first[whole:], second[whole:], n - whole, b[whole:], access)
 
 
 @inline_jit
-def gather_at_wall(grains, velocity, first, n, b, places):
-    """As `dem.step.gather.gather_at_wall`."""
+def gather_at_surface(grains, velocity, first, n, b, places):
+    """As `dem.step.gather.gather_at_surface`."""
     whole = n - n % LANES
     for q in range(0, whole, LANES):
-        gather_lanes_at_wall(grains.place, grains.motion, first, velocity, q, b, places)
-    gather.gather_at_wall(grains, velocity, first[whole:], n - whole, b[whole:], places[whole:])
+        gather_lanes_at_surface(grains.place, grains.motion, first, velocity, q, b, places)
+    gather.gather_at_surface(grains, velocity, first[whole:], n - whole, b[whole:], places[whole:])
 
 
 @inline_jit
-def scatter_at_wall(loads, first, n, b):
-    """As `dem.step.gather.scatter_at_wall`."""
+def scatter_at_surface(loads, first, n, b):
+    """As `dem.step.gather.scatter_at_surface`."""
     whole = n - n % LANES
     for q in range(0, whole, LANES):
-        scatter_lanes_at_wall(loads, first, q, b)
-    gather.scatter_at_wall(loads, first[whole:], n - whole, b[whole:])
+        scatter_lanes_at_surface(loads, first, q, b)
+    gather.scatter_at_surface(loads, first[whole:], n - whole, b[whole:])
 
 
 @lean_jit
-def scatter_pairs(loads, first, second, n, b, elastic):
+def scatter_pairs(loads, first, second, n, b, spins):
     """As `dem.step.gather.scatter_pairs`."""
     whole = n - n % LANES
     for q in range(0, whole, LANES):
-        scatter_lanes(loads, first, second, q, b, elastic)
-    gather.scatter_pairs(loads, first[whole:], second[whole:], n - whole, b[whole:], elastic)
+        scatter_lanes(loads, first, second, q, b, spins)
+    gather.scatter_pairs(loads, first[whole:], second[whole:], n - whole, b[whole:], spins)
 
 
 @exact_jit

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from dem.contact.model import DAMPING_MODELS, ROLLING
 from virtual_soil.campaign.experiments.registry import EXPERIMENTS, RESPONSES
 from virtual_soil.campaign.settings import NAMES, choice, make, section, setting
 
@@ -159,11 +160,11 @@ class Fidelity:
 class Engine:
     """Numerical settings common to all experiments; the names are those of `dem.Simulation`."""
 
-    rolling_model: str = choice("type_a: EDEM's; type_c: elastic-plastic", "type_a", ("type_a", "type_c"))
+    rolling_model: str = choice("type_a: EDEM's; type_c: elastic-plastic", "type_a", ROLLING)
     damping_model: str = choice(
         "edem: the contact force may become attractive during rebound; no_pull: it never does; both have restitution e",
         "edem",
-        ("edem", "no_pull"),
+        DAMPING_MODELS,
     )
     precision: str = choice(
         "precision of the contact arithmetic",

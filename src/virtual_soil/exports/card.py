@@ -12,6 +12,8 @@ from pathlib import Path
 
 import jsonschema
 
+from dem.contact.model import words
+
 #: Property of the grains -> (unit, meaning).
 PARAMETERS = {
     "radius_m": ("m", "mean grain radius"),
@@ -22,27 +24,6 @@ PARAMETERS = {
     "static_friction": ("1", "coefficient of static friction between grains"),
     "rolling_friction": ("1", "coefficient of rolling friction between grains; see models.rolling for its definition"),
     "restitution": ("1", "coefficient of restitution"),
-}
-PAIR = "E* = E/2/(1 - nu^2), E = 2 G (1 + nu); G* = G/2/(2 - nu); 1/R* = 1/R_1 + 1/R_2; 1/m* = 1/m_1 + 1/m_2"
-MODELS = {
-    "normal": {
-        "words": "Hertz spring with the dashpot of EDEM's Hertz-Mindlin model; it may pull for a moment at separation.",
-        "equation": "F_n = 4/3 E* sqrt(R*) d^(3/2) + 2 sqrt(5/6) b sqrt(S_n m*) d', S_n = 2 E* sqrt(R* d), "
-        f"b = -ln e / sqrt(ln^2 e + pi^2), d overlap, d' its rate; {PAIR}",
-    },
-    "tangential": {
-        "words": "Mindlin spring with history (no slip), dashpot, Coulomb limit.",
-        "equation": "F_t = S_t s + 2 sqrt(5/6) b sqrt(S_t m*) s', S_t = 8 G* sqrt(R* d), |F_t| <= mu_s F_n; s elongation",
-    },
-    "type_a": {
-        "words": "Type A, as EDEM's standard rolling friction: every contact brakes each of its grains against the grain's own "
-        "spin. The torque may stop a spin within a time step but never reverses it.",
-        "equation": "M_i = -mu_r F_n R_i w_i / |w_i|",
-    },
-    "type_c": {
-        "words": "Type C, elastic-plastic (Ai, Chen, Rotter, Ooi 2011, without viscous part): a rolling spring between two grains.",
-        "equation": "M = k_r theta, k_r = S_t R*^2, |M| <= mu_r F_n R*",
-    },
 }
 SCHEMA = json.loads(Path(__file__).with_name("material.schema.json").read_text(encoding="utf-8"))
 
@@ -96,8 +77,7 @@ def material_card(optimum: dict, verification: list[dict], config: dict, provena
                 for row in verification
             ],
         },
-        "models": {"normal": MODELS["normal"], "tangential": MODELS["tangential"],
-                   "rolling": {"type": config["engine"]["rolling_model"], **MODELS[config["engine"]["rolling_model"]]}},
+        "models": words(config["engine"]["rolling_model"]),
         "simulated_with": {**config["fidelity"]["campaign"], "n_particles": config["repose"]["n_particles"],
                            "gravity_m_s2": config["engine"]["gravity_m_s2"]},
         "provenance": {"config_sha256": config_hash(config), **provenance},

@@ -3,40 +3,46 @@
 import numpy as np
 import pytest
 
+from dem.contact.model import ContactModel, Numbers
 from dem.contact.stage import contact_stage
 from dem.layout import (
+    APPROACH,
     BLOCK,
     BUFFER,
-    C_N,
-    C_T,
-    CONSTANTS,
     FORCE,
+    GAP,
+    GEOMETRY,
     INV_R_SUM,
-    K_N,
-    K_T,
-    MU_R,
-    MU_S,
     RESISTANCE,
-    ROLLING_SHARE,
     SECOND_SPIN,
+    SHARE,
+    SPIN_SUM,
     TWIST,
     TWIST_J,
 )
 
 DT = 1e-6
+K_N, C_N, K_T, C_T, MU_S, MU_R = range(GEOMETRY, GEOMETRY + 6)
+
+
+def scratch(rolling_model):
+    """Work buffer, constants, history and laws, in float64."""
+    model = ContactModel(rolling_model, "edem")
+    laws = model.laws(np.float64, DT)._replace(numbers=Numbers(DT, 1.0, 0.0, 1e-30))
+    return *(np.zeros(rows * BLOCK) for rows in (BUFFER, model.n_constants, model.n_history)), laws
 
 
 def stage(normal, velocity, spring, mu_s=1e9, overlap=1e-5, radius=1e-3, dashpot=0.0):
     """Force on i and new spring of one contact of two grains that do not spin."""
-    b, c, h = np.zeros(BUFFER * BLOCK), np.zeros(CONSTANTS * BLOCK), np.zeros(6 * BLOCK)
+    b, c, h, laws = scratch("type_a")
     normal = np.asarray(normal, float) / np.linalg.norm(normal)
     apart = normal * (2 * radius - overlap)
     for a in range(3):
-        b[a * BLOCK], b[(4 + a) * BLOCK], h[a * BLOCK] = apart[a], velocity[a], spring[a]
-    b[3 * BLOCK] = (2 * radius) ** 2 - apart @ apart
+        b[a * BLOCK], b[(APPROACH + a) * BLOCK], h[a * BLOCK] = apart[a], velocity[a], spring[a]
+    b[GAP * BLOCK] = (2 * radius) ** 2 - apart @ apart
     c[INV_R_SUM * BLOCK], c[K_N * BLOCK], c[K_T * BLOCK], c[C_N * BLOCK], c[C_T * BLOCK] = 1 / (2 * radius), 1e6, 1e6, 0.0, dashpot
     c[MU_S * BLOCK] = mu_s
-    contact_stage(1, b, c, h, DT, 1.0, 0.0, 1e-30, -1e30, None)
+    contact_stage(1, b, c, h, laws)
     return np.array([b[(FORCE + a) * BLOCK] for a in range(3)]), np.array([h[a * BLOCK] for a in range(3)]), normal
 
 
@@ -76,15 +82,15 @@ def test_a_rolling_spring_turns_both_grains_back(mu_r, slips):
     r_i, r_j, overlap, k = 1e-3, 3e-3, 1e-5, 1e6
     R_star, S_t, f_n = r_i * r_j / (r_i + r_j), k * np.sqrt(overlap), k * overlap**1.5
     w_i, w_j, before = np.array([2.0, -1.0, 5.0]), np.array([0.5, 3.0, 4.0]), np.array([1e-3, 2e-3, 0.0])
-    b, c, h = np.zeros(BUFFER * BLOCK), np.zeros(CONSTANTS * BLOCK), np.zeros(6 * BLOCK)
+    b, c, h, laws = scratch("type_c")
     apart = np.array([0.0, 0.0, r_i + r_j - overlap])
     for a in range(3):
-        b[a * BLOCK], b[(7 + a) * BLOCK] = apart[a], r_i * w_i[a] + r_j * w_j[a]
+        b[a * BLOCK], b[(SPIN_SUM + a) * BLOCK] = apart[a], r_i * w_i[a] + r_j * w_j[a]
         b[(SECOND_SPIN + a) * BLOCK], h[(3 + a) * BLOCK] = r_j * w_j[a], R_star * before[a]
-    b[3 * BLOCK] = (r_i + r_j) ** 2 - apart @ apart
+    b[GAP * BLOCK] = (r_i + r_j) ** 2 - apart @ apart
     c[INV_R_SUM * BLOCK], c[K_N * BLOCK], c[K_T * BLOCK], c[MU_R * BLOCK] = 1 / (r_i + r_j), k, k, mu_r
-    c[ROLLING_SHARE * BLOCK] = R_star / r_i
-    contact_stage(1, b, c, h, DT, 1.0, 0.0, 1e-30, -1e30, True)  # without sliding friction: rolling alone turns the grains
+    c[SHARE * BLOCK] = R_star / r_i
+    contact_stage(1, b, c, h, laws)  # without sliding friction: rolling alone turns the grains
     angle = (before + (w_i - w_j) * DT) * [1.0, 1.0, 0.0]
     largest = mu_r * f_n * R_star / (S_t * R_star**2)
     assert (np.linalg.norm(angle) > largest) == slips

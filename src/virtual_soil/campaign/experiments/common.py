@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 
 from dem import stable_time_step
+from dem.contact.model import ROLLING
 from dem.experiments.soil import Engine, Soil
 from dem.factory import SPACING_RATIO
 
@@ -30,13 +31,14 @@ def scale_m(config: dict, row: dict) -> float:
 def sliding(material: dict, config: dict, wall_frictions: Callable[[dict, dict], tuple[float, float]]) -> dict:
     """Return the simulated material of a point: if grains can only slide, rolling friction is set to twice the static friction.
 
-    The frictional torque at a contact is at most mu_s F_n R, and type A resistance (`dem.contact`) stops any spin that a torque of
+    The frictional torque at a contact is at most mu_s F_n R, and a law that brakes spins (type A) stops any spin that a torque of
     mu_r F_n R can stop. If mu_s < mu_r at all contacts, a grain at rest never starts to spin. Simulations that differ only in such
     a mu_r are therefore bitwise identical. At mu_s = mu_r they are not, because of rounding.
     wall_frictions(material, config) : static and rolling friction of the walls.
     """
     static = material["static_friction"]
-    if config["engine"]["rolling_model"] != "type_a" or material["rolling_friction"] <= static:
+    brakes = not ROLLING[config["engine"]["rolling_model"]].SEPARATE_SPINS
+    if not brakes or material["rolling_friction"] <= static:
         return material
     simulated = {**material, "rolling_friction": 2.0 * static}
     wall_static, wall_rolling = wall_frictions(simulated, config)

@@ -1,0 +1,119 @@
+"""Runs the kernels on a state: chooses their code by the settings, gives them working memory, lengthens lists that are full."""
+
+import math
+
+import numpy as np
+
+from dem import ledger
+from dem.checks import SimulationError, blow_up_message
+from dem.contact.model import ContactModel, Model
+from dem.jit import set_num_threads
+from dem.layout import BLOCK, BUFFER, RADIUS, Access, Period, aligned_zeros
+from dem.lists.grid import cell_size, is_sound, sort_into_cells
+from dem.lists.slabs import SLABS
+from dem.shapes import RECORD
+from dem.state import SimulationState
+from dem.step import loop
+from dem.step.schedule import GROUPS, STEPS_AT_ONCE, Scratch
+
+#: Neighbour skin in mean grain radii: rebuilding costs as much as pruning near this value.
+SKIN_RATIO = 0.55
+#: In a narrow periodic domain the skin is smaller, so that no grain interacts with two images of another.
+LEAST_SKIN_RATIO = 0.2
+
+#: A grain that crosses more than this fraction of its radius in one step has been thrown out by an unstable contact.
+LARGEST_STEP_RATIO = 0.2
+
+
+class Runner:
+    """The kernels for one simulation.
+
+    Parameters
+    ----------
+    state : what they read and write. contact_model : the laws. time_step_s, smallest_radius_m : as in `dem.Simulation`.
+    vector_code, threads : as in `dem.Simulation`.
+    """
+
+    def __init__(self, state, contact_model: ContactModel, *, time_step_s, smallest_radius_m, vector_code, threads):
+        self.state: SimulationState = state
+        self.time_step_s, self.smallest_radius_m, self.threads = time_step_s, smallest_radius_m, threads
+        self.laws = contact_model.laws(state.widths.number, time_step_s)
+        period, is_periodic = state.period, state.period > 0
+        frequency = np.divide(1.0, period, out=np.zeros(3), where=is_periodic)
+        self.access = Access(
+            vector=True if vector_code else None,
+            images=Period(period, frequency) if is_periodic.any() else None,
+            spins=True if contact_model.separate_spins else None,
+        )
+
+    @property
+    def model(self) -> Model:
+        """What the kernels know of contacts."""
+        return Model(self.laws, self.state.pair_table, len(self.state.material_index), self.time_step_s, self.access)
+
+    @property
+    def skin(self) -> float:
+        """Skin of the outer lists in m."""
+        radii, period = self.state.places[:, RADIUS], self.state.period
+        if not self.state.n_grains:
+            return SKIN_RATIO * self.smallest_radius_m
+        periods = period[period > 0]
+        widest = 0.49 * periods.min() - 2.0 * radii.max() if len(periods) else math.inf
+        return float(np.clip(widest, LEAST_SKIN_RATIO * radii.mean(), SKIN_RATIO * radii.mean()))
+
+    @property
+    def speed_limit(self) -> float:
+        """Speed in m/s above which the state is worthless."""
+        return LARGEST_STEP_RATIO * self.smallest_radius_m / self.time_step_s
+
+    def scratch(self) -> Scratch:
+        """Working memory; allocated anew each time, because a copied simulation's would lose its alignment (8 % of the speed)."""
+        n, n_surfaces = 1 if self.threads == 1 else GROUPS // 2, len(self.state.surfaces.kind)
+        return Scratch(
+            buffers=aligned_zeros(n * BUFFER * BLOCK, self.state.widths.number).reshape(n, -1),
+            places=aligned_zeros(n * 4 * BLOCK, float).reshape(n, -1),
+            speeds=np.zeros((STEPS_AT_ONCE, SLABS)),
+            geometry=np.zeros((STEPS_AT_ONCE, n_surfaces, RECORD)),
+            force=np.zeros((SLABS, n_surfaces, 3)),
+            pace=np.zeros(loop.PACE),
+            threads=None if self.threads == 1 else True,
+        )
+
+    def ledger(self) -> ledger.Ledger | None:
+        """The energy ledger with space for notes, or None."""
+        if self.state.entries is None:
+            return None
+        lists = self.state.lists
+        notes = (np.empty((len(part.contacts.first), ledger.NOTES)) for part in (lists.pairs, lists.surfaces))
+        return ledger.Ledger(self.state.entries, *notes)
+
+    def steps(self, n_steps: int) -> np.ndarray:
+        """Make n_steps; returns the mean force of the grains on every body (n, 3) in N. Raises SimulationError on blow-up."""
+        remaining, forces = n_steps, np.zeros((len(self.state.bodies.force), 3))
+        while remaining:
+            mean_force = np.zeros_like(forces)
+            reason, done = self.kernels(remaining, mean_force)
+            forces += mean_force * done
+            remaining -= done
+            if reason == loop.BLEW_UP:
+                raise SimulationError(blow_up_message(self.state, LARGEST_STEP_RATIO, self.speed_limit))
+            if reason != loop.FINISHED:
+                self.state.lengthen(reason)
+        return forces / max(n_steps, 1)
+
+    def kernels(self, n_steps: int, mean_force: np.ndarray) -> tuple[int, int]:
+        """Make at most n_steps; returns the reason for the end, and the number of steps made."""
+        state, scratch = self.state, self.scratch()
+        if scratch.threads:
+            set_num_threads(self.threads)
+        limits = loop.Limits(n_steps, self.skin, self.speed_limit)
+        outputs = loop.Outputs(mean_force, self.ledger())
+        reason, done, _, _ = loop.advance(state.view(), state.scene(), state.lists, self.model, scratch, limits, outputs)
+        return reason, done
+
+    def sort_in_space(self) -> None:
+        """Make neighbours adjacent in memory: beyond the cache this halves the cost of a step."""
+        order, grains = np.zeros(self.state.n_grains, np.int64), self.state.grains
+        if is_sound(grains):
+            sort_into_cells(grains, self.state.period, cell_size(grains, self.skin), order)
+            self.state.restructure(order)
