@@ -111,7 +111,7 @@ def push(force, n, b):
     force[2] -= z
 
 
-@lean_jit
+@inline_jit
 def sum_forces(scene, force, used):
     """Set the bodies' forces to the sum over `force` (slabs, surfaces, 3) of all used slabs, and clear that."""
     for w in range(scene.bodies.force.shape[0]):
@@ -127,7 +127,7 @@ def sum_forces(scene, force, used):
             scene.bodies.force[body, t] += total
 
 
-@lean_jit
+@inline_jit
 def carry_glued(grains, loads, scene):
     """Add the loads on glued grains to their bodies, and give the grains the bodies' velocities."""
     bodies, glued = scene.bodies, scene.glued
@@ -143,7 +143,7 @@ def carry_glued(grains, loads, scene):
             grains.remainder[i + UX + t] = 0.0
 
 
-@lean_jit
+@inline_jit
 def geometry_ahead(scene, dt, geometry):
     """Fill geometry (steps, surfaces, RECORD) with the surfaces now and after each of the next steps, at constant velocity."""
     surfaces, velocity = scene.surfaces, scene.bodies.velocity
@@ -166,7 +166,7 @@ def fastest_body(bodies):
     return math.sqrt(fastest)
 
 
-@lean_jit
+@inline_jit
 def move_bodies(scene, dt):
     """Drive and displace every body by one step; returns the largest speed in m/s. `force` must hold this step's forces."""
     bodies, surfaces = scene.bodies, scene.surfaces

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dem.bodies import carry_glued, fastest_body, geometry_ahead, move_bodies, sum_forces
-from dem.jit import jit, lean_jit
+from dem.jit import inline_jit, jit, lean_jit
 from dem.layout import PLACE
 from dem.ledger import Ledger, book_step, note_step
 from dem.lists.blocks import common_constants
@@ -130,13 +130,13 @@ def divide(total, n):
             total[w, t] /= n
 
 
-@lean_jit
+@inline_jit
 def is_due(pace):
     """True if the inner lists could miss a contact."""
     return 2.0 * pace[TRAVEL] > pace[CUTOFF] or pace[TRAVEL] + pace[BODY_TRAVEL] > pace[SURFACE_CUTOFF]
 
 
-@lean_jit
+@inline_jit
 def next_plan(run, pace, n_left, no_ledger):
     """Number of steps to fuse, at most n_left, and whether grains move within them."""
     # loads on glued grains go to their bodies, and the ledger books complete loads: then all grains wait for all loads
@@ -175,7 +175,7 @@ def steps_within(max_displacement, displacement, used):
     return k
 
 
-@lean_jit
+@inline_jit
 def follow(run, pace, n_steps):
     """Move the bodies by the steps that were made, and add up the displacements."""
     dt = run.model.step_s

@@ -159,7 +159,7 @@ def surface_forces(s, step, run, thread):
             k += n
 
 
-@lean_jit
+@inline_jit
 def slab_forces(s, step, coming, run, thread):
     """Loads of the contacts of slab s in one of the fused steps; coming : the slab to prefetch meanwhile, s for none."""
     surface_forces(s, step, run, thread)
@@ -182,7 +182,7 @@ def slab_forces(s, step, coming, run, thread):
         scatter_pairs(model.access.vector, loads, first, second, n, buffer, model.access.spins)
 
 
-@lean_jit
+@inline_jit
 def move_slab(s, step, run):
     """Advance the grains of one slab; speeds[step, s] becomes their largest speed (m/s)."""
     outer, model, state = run.lists.pairs.outer, run.model, run.state
@@ -216,7 +216,7 @@ def coming_slab(k, step, begin, end, odd):
     return k
 
 
-@lean_jit
+@inline_jit
 def group_step(g, plan, run, thread):
     """Loads of one group of slabs and, if `plan.moves`, the motion of the grains whose loads are complete, plan.n_steps times.
 
@@ -270,11 +270,11 @@ def _save(contacts, history, threads):
         save_history(s, contacts, history)
 
 
-steps_one, move_one, prune_one, save_one = lean_jit(_steps), lean_jit(_move), jit(_prune), jit(_save)
+steps_one, move_one, prune_one, save_one = inline_jit(_steps), lean_jit(_move), jit(_prune), jit(_save)
 steps_many, move_many, prune_many, save_many = (parallel_jit(body) for body in (_steps, _move, _prune, _save))
 
 
-@lean_jit
+@inline_jit
 def steps(plan, run, threads):
     """Make plan.n_steps steps; threads : None for one thread (also below)."""
     if threads is None:
@@ -283,7 +283,7 @@ def steps(plan, run, threads):
         steps_many(plan, run, threads)
 
 
-@lean_jit
+@inline_jit
 def move(run, threads):
     """Advance all grains by one step."""
     if threads is None:
