@@ -22,9 +22,12 @@ LEAN_FLAGS = {**JIT_FLAGS, "_nrt": False}
 #: For functions with a single caller or few instructions: inlined, because passing an array takes about 10 ns per call.
 INLINE_FLAGS: dict[str, Any] = {**LEAN_FLAGS, "forceinline": True}
 
-#: For hot kernels whose rounding errors count: no reordered arithmetic. Set fastmath explicitly; otherwise the caller's setting is
-#: inherited.
-EXACT_FLAGS: dict[str, Any] = {**LEAN_FLAGS, "fastmath": False}
+#: For the hottest loops: functions of their own, whose registers hold nothing else. A flag that is not set is inherited from the
+#: caller, so what an inlined function calls is inlined too, unless it says otherwise.
+APART_FLAGS: dict[str, Any] = {**LEAN_FLAGS, "forceinline": False}
+
+#: For hot kernels whose rounding errors count: no reordered arithmetic.
+EXACT_FLAGS: dict[str, Any] = {**APART_FLAGS, "fastmath": False}
 
 #: For code that must see NaN and infinity as they are (guards, list building).
 STRICT_FLAGS: dict[str, Any] = {**JIT_FLAGS, "fastmath": False}
@@ -58,6 +61,7 @@ from numba.extending import intrinsic, overload  # noqa: E402
 __all__ = [
     "DISABLED",
     "MAX_THREADS",
+    "apart_jit",
     "by_type",
     "cgutils",
     "exact_jit",
@@ -70,6 +74,7 @@ __all__ = [
     "processor",
     "set_num_threads",
     "source_hash",
+    "strict_inline_jit",
     "strict_jit",
     "types",
 ]
@@ -99,8 +104,13 @@ def inline_jit(function):
     return njit(**INLINE_FLAGS)(function)
 
 
+def apart_jit(function):
+    """Compile a numerical kernel that allocates no arrays, as a function of its own even where its caller is inlined."""
+    return njit(**APART_FLAGS)(function)
+
+
 def exact_jit(function):
-    """Compile a numerical kernel that allocates no arrays and keeps the order of its sums."""
+    """As `apart_jit`, keeping the order of sums."""
     return njit(**EXACT_FLAGS)(function)
 
 
@@ -112,6 +122,11 @@ def parallel_jit(function):
 def strict_jit(function):
     """Compile a kernel that keeps IEEE rules for NaN and infinity."""
     return njit(**STRICT_FLAGS)(function)
+
+
+def strict_inline_jit(function):
+    """As `strict_jit`, inlined into each of its callers."""
+    return njit(forceinline=True, **STRICT_FLAGS)(function)
 
 
 def by_type(functions):

@@ -89,13 +89,13 @@ def normal_loop(n, b, c, laws):
         uz = b[(SPIN_SUM + 2) * B + q]
         v_a = vx * ax + vy * ay + vz * az
         normal = read(laws.normal, c, row_n * B + q)
-        tangential = read(laws.tangential, c, row_t * B + q)
         f_n = normal_force(normal, overlap, root, fourth_root, v_a * inv_arm)
         f_n = f_n if gap > zero else zero
         away = v_a * inv_arm2
         b[ARM * B + q] = ax
         b[(ARM + 1) * B + q] = ay
         b[(ARM + 2) * B + q] = az
+        tangential = read(laws.tangential, c, row_t * B + q)
         b[STIFFNESS * B + q] = tangential_stiffness(tangential, root)
         b[SLIDING * B + q] = vx - away * ax + ay * uz - az * uy
         b[(SLIDING + 1) * B + q] = vy - away * ay + az * ux - ax * uz

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.jit import jit, lean_jit, strict_jit
+from dem.jit import jit, lean_jit, strict_inline_jit, strict_jit
 from dem.layout import BLOCK, INVERSE_MASS, MOTION, PLACE, RADIUS, Period, U, Y, Z
 from dem.lists.blocks import finish_block, interleave, load_pair, raw_blocks
 from dem.lists.grid import cell_index, cell_size, frequencies, nearest, nearest_image, neighbour_cell, sort_into_cells
@@ -84,7 +84,7 @@ def in_cell_order(grains, order):
     return in_order
 
 
-@strict_jit
+@strict_inline_jit
 def search_around(rank, grains, search, partner, m):
     """Append the neighbours of the grain of one rank to `partner` from m on; returns the new length, or -1 if it is too short."""
     low, shape, period, cell, i = search.low, search.shape, search.period, search.cell, search.order[rank]
@@ -106,7 +106,7 @@ def search_around(rank, grains, search, partner, m):
     return m
 
 
-@strict_jit
+@strict_inline_jit
 def search_column(rank, column, centre_z, earliest, search, partner, m):
     """As `search_around`, in the cells of one column that are next to centre_z; only ranks from `earliest` on."""
     shape, start, period_z = search.shape, search.start, search.period[2]

@@ -14,7 +14,7 @@ from dem import shapes
 from dem.bodies import Scene, push
 from dem.contact.model import Model
 from dem.contact.stage import contact_stage
-from dem.jit import inline_jit, jit, lean_jit, parallel_jit, prange
+from dem.jit import apart_jit, inline_jit, jit, lean_jit, parallel_jit, prange
 from dem.layout import BLOCK, SECOND_SPIN, State
 from dem.lists.blocks import in_block
 from dem.lists.history import save_history
@@ -137,12 +137,13 @@ def contact_loads(n, k0, buffer, contacts, laws):
     contact_stage(n, buffer, c, h, laws)
 
 
-@inline_jit
-def surface_forces(s, step, run, thread):
-    """Loads of the contacts with surfaces of the grains of slab s; see `slab_forces`."""
-    grains, loads, scratch, access = run.state.grains, run.state.loads, run.scratch, run.model.access
-    contacts, surfaces, velocity = run.lists.surfaces.contacts, run.scene.surfaces, run.scene.bodies.velocity
-    buffer, places = scratch.buffers[thread], scratch.places[thread]
+@apart_jit
+def surface_forces(s, geometry, grains, loads, contacts, surfaces, velocity, workspace, access, laws):
+    """Loads of the contacts with surfaces of the grains of slab s.
+
+    geometry (surfaces, RECORD): the surfaces now. velocity (bodies, 3). workspace : buffer, places, force (surfaces, 3).
+    """
+    buffer, places, force = workspace
     n_surfaces = surfaces.kind.shape[0]
     for w in range(n_surfaces):
         part = s * n_surfaces + w
@@ -151,35 +152,55 @@ def surface_forces(s, step, run, thread):
             n = in_block(k, end)
             first = contacts.first[k : k + n]
             gather_at_surface(access.vector, grains, velocity[surfaces.body[w]], first, n, buffer, places)
-            shapes.separate(surfaces.kind[w], scratch.geometry[step, w], places, n, buffer)
+            shapes.separate(surfaces.kind[w], geometry[w], places, n, buffer)
             clear_second_spin(buffer, access.spins)
-            contact_loads(n, k, buffer, contacts, run.model.laws)
+            contact_loads(n, k, buffer, contacts, laws)
             scatter_at_surface(access.vector, loads, first, n, buffer)
-            push(scratch.force[s, w], n, buffer)
+            push(force[w], n, buffer)
             k += n
+
+
+@apart_jit
+def pair_forces(s, coming, grains, loads, contacts, buffer, access, laws):
+    """Loads of the contacts between grains of slab s; coming : numbers of grains to prefetch meanwhile."""
+    begin, count = contacts.begin[s], contacts.count[s]
+    end = begin + count
+    prefetched = 0
+    for k0 in range(begin, end, BLOCK):
+        n = min(k0 + BLOCK, end) - k0
+        until = coming.shape[0] * min(k0 - begin + BLOCKS_AHEAD * BLOCK, count) // count
+        prefetch(access.vector, grains, loads, coming[prefetched:until])
+        prefetched = until
+        first = contacts.first[k0 : k0 + n]
+        second = contacts.second[k0 : k0 + n]
+        gather_pairs(access.vector, grains, first, second, n, buffer, access)
+        contact_loads(n, k0, buffer, contacts, laws)
+        scatter_pairs(access.vector, loads, first, second, n, buffer, access.spins)
 
 
 @inline_jit
 def slab_forces(s, step, coming, run, thread):
-    """Loads of the contacts of slab s in one of the fused steps; coming : the slab to prefetch meanwhile, s for none."""
-    surface_forces(s, step, run, thread)
-    grains, loads, model, buffer = run.state.grains, run.state.loads, run.model, run.scratch.buffers[thread]
-    contacts, outer = run.lists.pairs.contacts, run.lists.pairs.outer
-    begin, count = contacts.begin[s], contacts.count[s]
-    end = begin + count
-    following = outer.order[outer.slab[coming] : outer.slab[coming + 1]]
-    prefetched = 0
-    for k0 in range(begin, end, BLOCK):
-        n = min(k0 + BLOCK, end) - k0
-        if coming != s:
-            until = following.shape[0] * min(k0 - begin + BLOCKS_AHEAD * BLOCK, count) // count
-            prefetch(model.access.vector, grains, loads, following[prefetched:until])
-            prefetched = until
-        first = contacts.first[k0 : k0 + n]
-        second = contacts.second[k0 : k0 + n]
-        gather_pairs(model.access.vector, grains, first, second, n, buffer, model.access)
-        contact_loads(n, k0, buffer, contacts, model.laws)
-        scatter_pairs(model.access.vector, loads, first, second, n, buffer, model.access.spins)
+    """Loads of the contacts of slab s in one of the fused steps; coming : the slab to prefetch meanwhile, s for none.
+
+    The functions that this calls take only what they read: all of `run`, by value, would cost as much as their work.
+    """
+    state, scene, lists, model, scratch = run
+    grains, loads, outer, buffer = state.grains, state.loads, lists.pairs.outer, scratch.buffers[thread]
+    workspace = buffer, scratch.places[thread], scratch.force[s]
+    surface_forces(
+        s,
+        scratch.geometry[step],
+        grains,
+        loads,
+        lists.surfaces.contacts,
+        scene.surfaces,
+        scene.bodies.velocity,
+        workspace,
+        model.access,
+        model.laws,
+    )
+    following = outer.order[outer.slab[coming] : outer.slab[coming + 1] if coming != s else outer.slab[coming]]
+    pair_forces(s, following, grains, loads, lists.pairs.contacts, buffer, model.access, model.laws)
 
 
 @inline_jit

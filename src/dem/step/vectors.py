@@ -157,12 +157,12 @@ def emit_gather(e, spins, period=None, frequency=None):
     """Emit the gather of LANES pairs; arguments (place, motion, first, second, q, b). spins: the spin velocities of j too."""
     place, motion, first, second, buffer = e.array(0), e.array(1), e.array(2), e.array(3), e.array(5)
     q, element = e.args[4], buffer[1]
-    separations, approaches, spins = [], [], []
+    separations, approaches, second_spins = [], [], []
     for c in range(LANES):
         i, j = e.number(first, q, c), e.number(second, q, c)
         separations.append(e.fma(e.record(place, j, PLACE), e.constant(SEPARATION), e.record(place, i, PLACE)))
         approaches.append(e.fma(e.record(motion, j, MOTION), e.constant(APPROACH, element), e.record(motion, i, MOTION)))
-        spins.append(e.load(motion, e.at(e.start(j, MOTION), UX), MOTION - UX))
+        second_spins.append(e.load(motion, e.at(e.start(j, MOTION), UX), MOTION - UX))
     for h in range(0, LANES, PLACE):
         *axes, R_sum = e.transpose_places(separations[h : h + PLACE])
         if period:
@@ -174,7 +174,7 @@ def emit_gather(e, spins, period=None, frequency=None):
             e.store(buffer, e.at(q, r * BLOCK + h), e.narrow(row, element))
     rows = speed_rows(e, approaches)
     if spins:
-        rows += e.fours_to_rows(spins)[:3]
+        rows += e.fours_to_rows(second_spins)[:3]
     for r, row in enumerate(rows):
         e.store(buffer, e.at(q, (APPROACH_ROW + r) * BLOCK), row)
 
