@@ -291,7 +291,7 @@ def test_a_blow_up_is_an_error_that_says_what_and_when():
         (lambda: dem.Interaction(restitution=1, static_friction=-0.1, rolling_friction=0), "static_friction is -0.1; allowed"),
         (lambda: dem.Sizes(mean_m=1e-3, sd_ratio=0.6), "radius_sd_ratio is 0.6; allowed"),
         (lambda: make(time_step_rayleigh_ratio=0.9), "time step over Rayleigh time is 0.9; allowed"),
-        (lambda: make(rolling_model="b"), "rolling_model is 'b'; allowed: type_a or type_c"),
+        (lambda: make(rolling_model="b"), "rolling_model is 'b'; allowed: one of ['type_a', 'type_c']"),
         (lambda: make().add_grains([(0, 0, np.nan)], RADIUS_M, "soil"), "positions_m is not finite"),
         (lambda: make().add_grains([(0, 0, 0)], 0.5 * RADIUS_M, "soil"), "smallest radius is 0.0005; allowed"),
         (lambda: make().add_grains([(0, 0, 0)], RADIUS_M, "mud"), "material of grains is 'mud'; allowed"),
