@@ -51,9 +51,14 @@ def scatter(n, loads, contacts, buffer):
 @jit
 def wall(n, run, dt):
     """Contacts with surfaces and the bodies' motion n times."""
+    state, scene, scratch = run.state, run.scene, run.scratch
+    workspace = scratch.buffers[0], scratch.places[0], scratch.force[0]
     for _ in range(n):
         geometry_ahead(run.scene, dt, run.scratch.geometry[:1])
-        schedule.surface_forces(0, 0, run, 0)
+        schedule.surface_forces(
+            0, scratch.geometry[0], state.grains, state.loads, run.lists.surfaces.contacts, scene.surfaces, scene.bodies.velocity,
+            workspace, run.model.access, run.model.laws,
+        )  # fmt: skip
         sum_forces(run.scene, run.scratch.force, 1)
         carry_glued(run.state.grains, run.state.loads, run.scene)
         move_bodies(run.scene, dt)

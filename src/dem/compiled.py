@@ -56,7 +56,7 @@ def marker(variant: Variant) -> Path:
 
 
 def ensure(precision: str = "float32", parallel: bool = False, energy_ledger: bool = False, **choices) -> None:
-    """Have a variant of the time loop compiled into the cache, unless it is there; takes half a minute then.
+    """Have a variant of the time loop compiled into the cache, unless it is there; that takes one to two minutes.
 
     choices : the other fields of `Variant`; without `periodic`, both kinds of domain are compiled.
 
