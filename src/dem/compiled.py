@@ -12,6 +12,7 @@ import fcntl
 import hashlib
 import json
 import os
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -83,13 +84,27 @@ def ensure_one(variant: Variant) -> None:
 
 
 def is_true(file: Path) -> bool:
-    """True if all files of the cache that a marker lists are as they were when it was written."""
+    """True if all files of the cache that a marker lists are as they were when it was written, or are indices with more entries."""
     listed = content_of(file)
     try:
         found = kernels(file.parent)
     except FileNotFoundError:  # another process empties the cache at this moment
         return False
-    return bool(listed) and listed == {name: digest for name, digest in found.items() if name in listed}
+    changed = [name for name, digest in listed.items() if found.get(name) != digest]
+    return bool(listed) and all(name in found and knows(file.parent / name, listed) for name in changed)
+
+
+def knows(index: Path, listed: dict[str, str]) -> bool:
+    """True if a file is an index of numba's that lists the kernels of a marker, as it does after another variant was compiled."""
+    data = f"{index.parent.name}/{index.stem}."
+    own = {Path(name).name for name in listed if name.endswith(".nbc") and name.startswith(data)}
+    try:
+        with open(index, "rb") as file:
+            pickle.load(file)  # noqa: S301  # numba's version; numba itself loads these files next
+            _, entries = pickle.loads(file.read())  # noqa: S301
+        return index.suffix == ".nbi" and own <= set(entries.values())
+    except Exception:  # noqa: BLE001  # damaged bytes may raise anything
+        return False
 
 
 def content_of(file: Path) -> dict[str, str]:
@@ -128,8 +143,8 @@ def in_a_child(variant: list[str]) -> subprocess.CompletedProcess[str]:
 def compile_anew(file: Path, variant: list[str]) -> None:
     """Compile one variant and write its marker.
 
-    An index alone may have changed, as it does when another variant is compiled. Anything else that a marker lists and that is not
-    there any more, or an index that cannot be read, makes the whole cache void.
+    An index alone may have been lost or changed: it is written anew. Anything else that a marker lists and that is not there any
+    more, or an index that cannot be read, makes the whole cache void.
     """
     folder, listed = file.parent, content_of(file)
     found = kernels(folder)
