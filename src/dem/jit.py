@@ -20,22 +20,18 @@ JIT_FLAGS: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "cache": 
 #: For the hottest kernels, which allocate no arrays: no reference counting.
 LEAN_FLAGS = {**JIT_FLAGS, "_nrt": False}
 
-#: For what only kernels call: no code that unpacks arguments from Python, which takes long to compile for records of arrays.
-INNER_FLAGS = {**LEAN_FLAGS, "no_cpython_wrapper": True}
-
 #: For functions with a single caller or few instructions: inlined, because passing an array takes about 10 ns per call.
-INLINE_FLAGS: dict[str, Any] = {**INNER_FLAGS, "forceinline": True}
+INLINE_FLAGS: dict[str, Any] = {**LEAN_FLAGS, "forceinline": True}
 
 #: For the hottest loops: functions of their own, whose registers hold nothing else. A flag that is not set is inherited from the
 #: caller, so what an inlined function calls is inlined too, unless it says otherwise.
-APART_FLAGS: dict[str, Any] = {**INNER_FLAGS, "forceinline": False}
+APART_FLAGS: dict[str, Any] = {**LEAN_FLAGS, "forceinline": False}
 
 #: For hot kernels whose rounding errors count: no reordered arithmetic.
 EXACT_FLAGS: dict[str, Any] = {**APART_FLAGS, "fastmath": False}
 
 #: For code that must see NaN and infinity as they are (guards, list building).
 STRICT_FLAGS: dict[str, Any] = {**JIT_FLAGS, "fastmath": False}
-STRICT_INLINE_FLAGS: dict[str, Any] = {**STRICT_FLAGS, "forceinline": True, "no_cpython_wrapper": True}
 
 
 def source_hash() -> str:
@@ -105,7 +101,7 @@ def lean_jit(function):
 
 
 def inline_jit(function):
-    """Compile a numerical kernel that allocates no arrays, inlined into each of its callers; only kernels can call it."""
+    """Compile a numerical kernel that allocates no arrays, inlined into each of its callers."""
     return njit(**INLINE_FLAGS)(function)
 
 
@@ -131,7 +127,7 @@ def strict_jit(function):
 
 def strict_inline_jit(function):
     """As `strict_jit`, inlined into each of its callers."""
-    return njit(**STRICT_INLINE_FLAGS)(function)
+    return njit(forceinline=True, **STRICT_FLAGS)(function)
 
 
 def by_type(functions):
@@ -152,5 +148,5 @@ def by_type(functions):
     def select(selector, *arguments):
         return functions.get(getattr(selector, "instance_class", None))
 
-    overload(generic, jit_options=cast(Any, INNER_FLAGS), strict=False)(select)
+    overload(generic, jit_options=cast(Any, LEAN_FLAGS), strict=False)(select)
     return generic

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dem.bodies import carry_glued, fastest_body, geometry_ahead, move_bodies, sum_forces
-from dem.jit import apart_jit, inline_jit, jit, lean_jit
+from dem.jit import inline_jit, jit, lean_jit
 from dem.layout import PLACE
 from dem.ledger import Ledger, book_step, note_step
 from dem.lists.blocks import common_constants
@@ -93,7 +93,7 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
     return reason, done, n_rebuilds, n_prunings
 
 
-@apart_jit
+@lean_jit
 def begin(run, pace):
     """Set the pace before the first step: inner lists are due."""
     pace[TRAVEL], pace[BODY_TRAVEL], pace[CUTOFF], pace[SURFACE_CUTOFF] = 0.0, 0.0, -1.0, -1.0
@@ -188,7 +188,7 @@ def follow(run, pace, n_steps):
         pace[SPEED], pace[BODY_SPEED] = speed, body_speed
 
 
-@apart_jit
+@lean_jit
 def largest(speeds, used):
     """Largest of the first `used` speeds."""
     speed = 0.0
@@ -205,7 +205,7 @@ def cutoffs(displacement, body_displacement, skin):
     return min(of_pairs, MAX_CUTOFF * skin), min(of_surfaces, MAX_CUTOFF * skin)
 
 
-@apart_jit
+@lean_jit
 def refresh_lists(run, pace, skin):
     """Save the contacts' history, rebuild the outer lists if a pair could be missing, and prune. Returns (reason, rebuilds)."""
     lists, model, dt, age = run.lists, run.model, run.model.step_s, run.lists.age
@@ -266,7 +266,7 @@ def rebuild(run, skin):
     return FINISHED
 
 
-@apart_jit
+@lean_jit
 def start_anew(grains, lists):
     """Note the positions at a rebuild."""
     clear(lists.age)
@@ -275,14 +275,14 @@ def start_anew(grains, lists):
             lists.origin[i, a] = grains.place[PLACE * i + a]
 
 
-@apart_jit
+@lean_jit
 def save_all(lists, threads):
     """Write the history of all contacts back to the outer lists, and forget the contacts."""
     schedule.save(lists.pairs.contacts, lists.pairs.outer.history, threads)
     save_at_surfaces(lists.surfaces)
 
 
-@apart_jit
+@lean_jit
 def save_at_surfaces(neighbours):
     """Write the history of all contacts at surfaces back to the outer list, and forget the contacts."""
     for part in range(neighbours.contacts.count.shape[0]):

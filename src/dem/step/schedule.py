@@ -291,7 +291,7 @@ def _save(contacts, history, threads):
         save_history(s, contacts, history)
 
 
-steps_one, move_one, prune_one, save_one = inline_jit(_steps), apart_jit(_move), jit(_prune), jit(_save)
+steps_one, move_one, prune_one, save_one = inline_jit(_steps), lean_jit(_move), jit(_prune), jit(_save)
 steps_many, move_many, prune_many, save_many = (parallel_jit(body) for body in (_steps, _move, _prune, _save))
 
 
@@ -313,7 +313,7 @@ def move(run, threads):
         move_many(run, threads)
 
 
-@apart_jit
+@lean_jit
 def prune(state, neighbours, cutoff, model, threads):
     """Copy the pairs that may touch from the outer list into the contact blocks; False if the capacity is too small."""
     if threads is None:
@@ -322,7 +322,7 @@ def prune(state, neighbours, cutoff, model, threads):
         return prune_many(state, neighbours, cutoff, model, threads)
 
 
-@apart_jit
+@lean_jit
 def save(contacts, history, threads):
     """Write all contact history back to the outer list, and forget the contacts."""
     if threads is None:
