@@ -15,7 +15,7 @@ import numpy as np
 from engine import PAPER_G, SETUP, base_set
 
 from dem import Factory, TubeRegion
-from dem.experiments import angle_of_repose, direct_shear
+from dem.experiments import angle_of_repose, direct_shear, specimen
 from dem.experiments.soil import Engine
 from dem.experiments.state import State, steps_in
 from dem.measure.heap import measure_heap
@@ -79,7 +79,7 @@ def poured(seed: int, engine: Engine) -> State:
 def shear(seed: int, inertial_number: float) -> dict:
     """Steps and strength of one sheared slice."""
     setup = replace(SLICE, inertial_number=inertial_number)
-    reduction = direct_shear.stiffness_reduction(SOIL, setup, 5e3, 9.81)
+    reduction = specimen.stiffness_reduction(SOIL, setup, 5e3, 9.81)
     made = direct_shear.run(SOIL, setup, Engine(stiffness_reduction=reduction, time_step_rayleigh_ratio=0.3), seed)
     history = made.history
     found = strength(history["displacement_m"], history["shear_stress_pa"], history["plane_normal_stress_pa"], PLATEAU)

@@ -64,25 +64,27 @@ class TubeRegion:
 
 @dataclass(frozen=True, kw_only=True)
 class BoxRegion:
-    """Upright box from low_m to high_m (x, y), filled from bottom_m upwards; periodic_y if the grains may wrap there."""
+    """Upright box from low_m to high_m (x, y), filled from bottom_m upwards; periodic_x, periodic_y: grains may wrap there."""
 
     low_m: tuple[float, float]
     high_m: tuple[float, float]
     bottom_m: float
+    periodic_x: bool = False
     periodic_y: bool = False
 
     def layer(self, spacing, margin, rng) -> np.ndarray:
         """Horizontal positions (k, 2) of one layer: a square lattice stretched to fill the box, shifted at random."""
-        (x0, y0), (x1, y1) = self.low_m, self.high_m
-        nx = max(1, int((x1 - x0 - 2.0 * margin) / spacing) + 1)
-        x = np.linspace(x0 + margin, x1 - margin, nx)
-        if self.periodic_y:
-            ny = max(1, int((y1 - y0) / spacing))
-            y = y0 + (np.arange(ny) + rng.uniform()) * (y1 - y0) / ny
-        else:
-            ny = max(1, int((y1 - y0 - 2.0 * margin) / spacing) + 1)
-            y = np.linspace(y0 + margin, y1 - margin, ny)
+        sides = zip(self.low_m, self.high_m, (self.periodic_x, self.periodic_y), strict=True)
+        x, y = (row(low, high, spacing, margin, rng if periodic else None) for low, high, periodic in sides)
         return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+
+
+def row(low: float, high: float, spacing: float, margin: float, rng) -> np.ndarray:
+    """Evenly spaced positions (k,) from low to high: at a distance from both ends, or, with rng, periodic and shifted at random."""
+    if rng is None:
+        return np.linspace(low + margin, high - margin, max(1, int((high - low - 2.0 * margin) / spacing) + 1))
+    n = max(1, int((high - low) / spacing))
+    return low + (np.arange(n) + rng.uniform()) * (high - low) / n
 
 
 @dataclass(frozen=True, kw_only=True)

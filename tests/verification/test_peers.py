@@ -13,6 +13,7 @@ import pytest
 
 from dem import Grains
 from dem.experiments import angle_of_repose, direct_shear
+from dem.experiments.specimen import lid
 from virtual_soil.verification.peers import compare, contact, heap, liggghts, shear
 
 RADIUS = compare.SOIL.radius_m
@@ -196,7 +197,7 @@ def test_shear_input_has_our_lid_and_smooth_frames(tmp_path):
     assert line_with(lines, "coefficientFriction").split()[-4:] == ["0.5", "0", "0", "0"]
     rows = (tmp_path / "grains.data").read_text().split("Atoms")[1].split("Velocities")[0].strip().splitlines()
     densities = np.array([row.split()[3] for row in rows], float)
-    drive = direct_shear.lid(compare.SOIL, setup, len(rows), made.top_m).drive
+    drive = lid(compare.SOIL, setup, len(rows), made.top_m).drive
     push = f"(f_lid[3]-{load:.9g}-{drive.damping_kg_s:.9g}*v_lid_speed)/5"
     assert line_with(lines, "variable push") == f"variable push equal {push}"
     lid_kg = 4 / 3 * math.pi * RADIUS**3 * densities[5:10].sum()

@@ -15,7 +15,7 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from dem import Box, Factory, Interaction, Simulation, Sizes, Tube, TubeRegion
-from dem.experiments import angle_of_repose, direct_shear
+from dem.experiments import angle_of_repose, direct_shear, specimen
 from dem.experiments.soil import Engine, Soil
 from dem.measure.heap import measure_heap
 from dem.measure.shear import strength
@@ -131,7 +131,7 @@ def run_heap(variant: str, seed: int) -> dict:
 def run_shear(variant: str, seed: int) -> dict:
     """Simulate a shear test: plateau, and its change from the third to the last quarter of the displacement."""
     setup = replace(BOX, normal_stress_pa=float(variant.split()[0]))
-    reduction = direct_shear.stiffness_reduction(SOIL, setup, SHEAR_STIFFNESS_NUMBER, SHEAR_ENGINE.gravity_m_s2)
+    reduction = specimen.stiffness_reduction(SOIL, setup, SHEAR_STIFFNESS_NUMBER, SHEAR_ENGINE.gravity_m_s2)
     test = direct_shear.run(SOIL, setup, replace(SHEAR_ENGINE, stiffness_reduction=reduction), seed)
     history = test.history
     read = strength(history["displacement_m"], history["shear_stress_pa"], history["plane_normal_stress_pa"], PLATEAU)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from dem.experiments import angle_of_repose, direct_shear
+from dem.experiments import angle_of_repose, direct_shear, specimen
 from dem.experiments.soil import Engine, Soil
 from dem.measure.heap import measure_heap
 from dem.measure.shear import strength
@@ -61,7 +61,7 @@ SHEAR = direct_shear.Setup(
 )
 #: E*/p as in config/config.yaml.
 SHEAR_ENGINE = Engine(
-    stiffness_reduction=direct_shear.stiffness_reduction(SOIL, SHEAR, stiffness_number=5000.0, gravity_m_s2=9.81),
+    stiffness_reduction=specimen.stiffness_reduction(SOIL, SHEAR, stiffness_number=5000.0, gravity_m_s2=9.81),
     time_step_rayleigh_ratio=0.3,
 )
 PLATEAU_WINDOW = 0.5

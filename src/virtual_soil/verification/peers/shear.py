@@ -18,6 +18,7 @@ import numpy as np
 from dem import Drive
 from dem.experiments import direct_shear
 from dem.experiments.soil import Engine, Soil
+from dem.experiments.specimen import GLUE_REACH_RATIO, inertial_time, lid
 from virtual_soil.verification.peers.liggghts import MODEL, Liggghts, data_text, header_lines, material_lines, mesh_text, rectangle
 
 SKIN_RATIO = 0.2
@@ -39,7 +40,7 @@ class Specimen:
         z, radii = shear.before.positions_m[:, 2], shear.before.radii_m
         solid_m3 = 4.0 / 3.0 * math.pi * float((radii**3).sum())
         self.top_m = solid_m3 / (shear.solid_fraction * setup.area_m2)
-        reach = (1.0 + direct_shear.GLUE_REACH_RATIO) * radii
+        reach = (1.0 + GLUE_REACH_RATIO) * radii
         floor, lid = z < reach, z > self.top_m - reach
         order = np.argsort(np.where(floor, 0, np.where(lid, 1, 2)), kind="stable")
         self.n_floor, self.n_lid = int(floor.sum()), int(lid.sum())
@@ -76,7 +77,7 @@ def input_lines(
     ends = (-6.0 * scale, setup.length_m + room)
     box = [(ends[0] - room, ends[1] + room), (0.0, setup.width_m), (-4.0 * scale, specimen.top_m + 8.0 * scale)]
     n, n_floor, n_lid = len(specimen.radii_m), specimen.n_floor, specimen.n_lid
-    drive = cast(Drive, direct_shear.lid(soil, setup, n, specimen.top_m).drive)
+    drive = cast(Drive, lid(soil, setup, n, specimen.top_m).drive)
     density = np.full(n, soil.density_kg_m3)
     density[:n_floor] *= HEAVY
     grain_kg = soil.density_kg_m3 * 4.0 / 3.0 * math.pi * soil.radius_m**3
@@ -156,7 +157,7 @@ def run(folder: Path, soil: Soil, setup: direct_shear.Setup, engine: Engine, our
     distance = setup.displacement_ratio * setup.scale_radius_m
     steps = max(1, math.ceil(distance / direct_shear.N_SAMPLES / speed / time_step_s))
     with Liggghts(folder, input_lines(folder, soil, setup, engine, specimen, time_step_s)) as peer:
-        begin = peer.run(math.ceil(SETTLE_TIMES * direct_shear.inertial_time(soil, setup) / time_step_s))["Step"]
+        begin = peer.run(math.ceil(SETTLE_TIMES * inertial_time(soil, setup) / time_step_s))["Step"]
         # `ave/time` samples at multiples of its period, so the step counter is reset to 0.
         peer.send(["reset_timestep 0", *shear_lines(speed, steps)])
         now = peer.run(steps * direct_shear.N_SAMPLES)

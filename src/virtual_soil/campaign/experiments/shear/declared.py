@@ -6,9 +6,9 @@ the strength line through the tests of a point.
 
 from dataclasses import dataclass
 
-from dem.experiments import direct_shear
+from dem.experiments import direct_shear, specimen
 from virtual_soil.calibration.response import Response
-from virtual_soil.campaign.experiments.common import engine_of, grain_volume_m3, scale_m, sliding, soil_of, time_step_s
+from virtual_soil.campaign.experiments.common import engine_of, scale_m, sliding, soil_of, time_step_s
 from virtual_soil.campaign.settings import choice, setting
 
 NAME = "shear"
@@ -161,7 +161,7 @@ def setup(config: dict, row: dict) -> dict:
     test = direct_shear.Setup(**protocol)
     return {
         "setup": protocol,
-        "engine": engine | {"stiffness_reduction": direct_shear.stiffness_reduction(soil_of(row), test, number, gravity)},
+        "engine": engine | {"stiffness_reduction": specimen.stiffness_reduction(soil_of(row), test, number, gravity)},
     }
 
 
@@ -169,8 +169,7 @@ def cost(row: dict, settings: dict) -> tuple[int, float]:
     """Return the number of grains and the expected steps: consolidation, then displacement of the lower frame."""
     soil, step = soil_of(row), time_step_s(soil_of(row), engine_of(settings))
     test = direct_shear.Setup(**settings["setup"])
-    height = test.height_ratio * test.scale_radius_m
-    n = round(direct_shear.FILL_FRACTION * test.area_m2 * height / grain_volume_m3(soil))
-    consolidation = max(CONSOLIDATION_STEPS, CONSOLIDATION_TIMES * direct_shear.inertial_time(soil, test) / step)
+    n = specimen.n_grains(soil, test)
+    consolidation = max(CONSOLIDATION_STEPS, CONSOLIDATION_TIMES * specimen.inertial_time(soil, test) / step)
     way_s = test.displacement_ratio * test.scale_radius_m / direct_shear.shear_speed(soil, test)
     return n, consolidation + way_s / step
