@@ -45,7 +45,7 @@ STUDY = {
     },
     "screening": {"base_seeds": [1, 2], "changed_seeds": [1], "changes": {"density_kg_m3": 4000.0}},
     "fidelity": {"campaign": {"lift_speed_m_s": 1e-2}, "check": {"couples": []}},
-    "repose": {"n_particles": 700, "tube_diameter_ratio": 8.0, "plate_half_width_ratio": 40.0, "max_time_s": 0.2},
+    "repose": {"n_particles": 700, "tube_diameter_ratio": 8.0, "plate_half_width_ratio": 40.0},
     "shear": {"length_ratio": 20.0, "height_ratio": 12.0, "displacement_ratio": 2.0, "normal_stresses_pa": [250.0, 500.0, 1000.0]},
     "density": {"n_particles": 500, "tube_radius_ratio": 8.0},
     "optimise": {"cases": [{"case": "own", "soil": "own", "weights": WEIGHTS}], "n_starts": 4},

@@ -20,7 +20,7 @@ IMPOSSIBLE = ROW | {"poisson_ratio": 0.6}
 @pytest.fixture
 def config():
     fidelity = {
-        "repose_stiffness_reduction": 1.0, "shear_stiffness_number": 5000.0, "repose_time_step_rayleigh_ratio": 0.4,
+        "repose_stiffness_number": None, "shear_stiffness_number": 5000.0, "repose_time_step_rayleigh_ratio": 0.4,
         "shear_time_step_rayleigh_ratio": 0.3,
         "shear_inertial_number": 0.01, "lift_speed_m_s": 0.05,
     }  # fmt: skip
@@ -72,10 +72,21 @@ def test_an_impossible_shear_test_is_recorded_and_left_out_of_the_strength(confi
     assert strength_table(shear, "plateau", "plane")["n_runs"].tolist() == [3]
 
 
-def test_a_heap_that_does_not_come_to_rest_in_time_says_so(config, tmp_path):
+def test_a_heap_that_does_not_come_to_rest_in_time_says_so_and_has_no_angle_of_repose(config, tmp_path):
+    config["fidelity"]["campaign"]["lift_speed_m_s"] = 0.5
     run, output = simulate(ROW | {"experiment": "repose"}, config, tmp_path)
     assert run["status"] == "time_limit"
-    assert len(pd.read_parquet(output["after"])) == 60
+    grains = pd.read_parquet(output["after"])
+    assert len(grains) == 60
+    row = measured(run.to_dict(), grains, config["repose"])
+    assert np.isfinite(row["angle_profile_deg"])
+    assert row["angle_of_repose_deg"] is None
+
+
+def test_a_heap_that_is_still_in_its_tube_at_the_time_limit_has_failed(config, tmp_path):
+    run, _ = simulate(ROW | {"experiment": "repose"}, config, tmp_path)
+    assert run["status"] == "failed"
+    assert run["reason"].startswith("the tube is not clear of the grains at the time limit of 0.05 s: its rim is 2.5 mm high, the")
 
 
 def test_a_fault_of_the_program_is_not_mistaken_for_a_failed_simulation(config, tmp_path, monkeypatch):

@@ -35,7 +35,7 @@ def tiny(config: dict) -> dict:
     """The default configuration, as small as it can be while all rules still run."""
     point = {"static_friction": 0.8, "rolling_friction": 0.3}
     seeds = {"repose_seeds": [1], "shear_seeds": [1]}
-    quick = {"lift_speed_m_s": 3e-2, "repose_stiffness_reduction": 1.0, "shear_inertial_number": 0.05}
+    quick = {"lift_speed_m_s": 3e-2, "repose_stiffness_number": None, "shear_inertial_number": 0.05}
     grid = {"static_friction": [0.1, 0.4, 0.8], "rolling_friction": [0.05, 0.1, 0.3]}
     config["study"] = "tiny"
     config["design"] |= {"grid": grid, "sweep": {"radius_m": [50e-6, 100e-6]}, "sweep_couples": [point], **seeds}

@@ -4,17 +4,60 @@ import pytest
 import yaml
 
 from virtual_soil.campaign.code import ROOT
-from virtual_soil.campaign.experiments.repose.declared import softening
-from virtual_soil.campaign.study import StudyError, design_rows
+from virtual_soil.campaign.study import StudyError, design_rows, experiment_settings, simulations
 
 
-@pytest.mark.parametrize(("reduction", "grown", "expected"), [(100.0, 1.0, 100.0), (100.0, 10.0, 10.0), (5.0, 10.0, 1.0)])
-def test_heaps_of_larger_grains_are_softened_in_proportion_less(reduction, grown, expected):
-    assert softening(reduction, grown) == expected
+def planned(experiment, **changes):
+    """Settings of the default study's simulations of one experiment, with other values of some keys ("section.key")."""
+    config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    for key, value in changes.items():
+        section, _, name = key.rpartition(".")
+        part = config
+        for word in section.split("."):
+            part = part[word]
+        part[name] = value
+    found = simulations(config, design_rows(config)).values()
+    return [(row, experiment_settings(config, row)) for row in found if row["experiment"] == experiment]
+
+
+def test_softened_heaps_have_the_same_stiffness_number_for_every_radius_and_gravity():
+    for gravity in (9.81, 1.62):
+        for row, settings in planned("repose", **{"engine.gravity_m_s2": gravity}):
+            if row["fidelity"] == "campaign":
+                E_star = row["shear_modulus_pa"] / (1.0 - row["poisson_ratio"]) / settings["engine"]["stiffness_reduction"]
+                solid_m = 3000 * 4.0 / 3.0 * row["radius_m"] ** 3 / (15.0 * row["radius_m"]) ** 2  # volume of the grains over area
+                assert E_star / (row["density_kg_m3"] * gravity * solid_m) == pytest.approx(20000.0)
 
 
 def test_the_papers_own_stiffness_is_kept_for_every_radius():
-    assert {softening(1.0, grown) for grown in (0.5, 1.0, 2.0, 10.0)} == {1.0}
+    found = planned("repose", **{"fidelity.campaign.repose_stiffness_number": None})
+    assert {settings["engine"]["stiffness_reduction"] for _, settings in found} == {1.0}
+
+
+def test_the_time_limit_of_a_heap_follows_its_column_and_never_ends_the_lift():
+    limits = {}
+    for row, settings in planned("repose"):
+        setup = settings["setup"]
+        column = 3000 * 4.0 / 3.0 * row["radius_m"] ** 3 / (15.0 * row["radius_m"]) ** 2 / 0.5  # loosely filled
+        assert setup["lift_speed_m_s"] * setup["max_time_s"] > 1.1 * column
+        limits[row["radius_m"]] = setup["max_time_s"]
+    assert limits[5e-4] > 3 * limits[5e-5]
+
+
+def test_a_given_time_limit_is_a_bound():
+    free, tight, wide = (planned("repose", **{"repose.max_time_s": bound}) for bound in (None, 0.1, 1e6))
+    assert wide == free
+    for row, settings in tight:
+        assert settings["setup"]["max_time_s"] == pytest.approx(0.1 * row["radius_m"] / 50e-6)
+
+
+def test_grains_that_are_too_soft_for_their_stresses_are_refused_with_the_modulus_that_would_do():
+    stresses = [50e3, 100e3, 200e3]
+    with pytest.raises(StudyError, match=r"shear_modulus_pa is 5e\+07; allowed: at least 8e\+08, .* 5000 under 2e\+05 Pa"):
+        planned("shear", **{"shear.normal_stresses_pa": stresses})
+    assert planned("shear", **{"shear.normal_stresses_pa": stresses, "material.shear_modulus_pa": 1e9})
+    with pytest.raises(StudyError, match=r"repose: shear_modulus_pa is 5e\+07; .* \(fidelity.campaign.repose_stiffness_number\)"):
+        planned("repose", **{"fidelity.campaign.repose_stiffness_number": 1e7})
 
 
 @pytest.mark.parametrize("gone", ["static_friction", "rolling_friction", "radius_m"])

@@ -142,7 +142,11 @@ def run(
 
     `each(simulation, stage)` is called every 500 steps, then `keep(state)`, which may save the state (or raise, to stop).
     A run that goes on from a state ends as it would have without the interruption, bit for bit.
-    Raises dem.SimulationError when the run is worthless.
+
+    Raises
+    ------
+    dem.SimulationError : the run blew up, grains left the tube while it was filled, or the time limit ended the lift before the
+        tube was clear of the grains.
     """
     n = setup.n_particles
     state = start(soil, setup, engine, seed) if state is None else state
@@ -162,6 +166,12 @@ def run(
         lift(state, soil, setup)
     at_rest = look(lambda s: tube_is_clear(s) and (is_flat(s.grains, n) or s.is_static(STATIC_ENERGY_RATIO)))
     ended = state.go_on(at_rest, keep)
+    if not ended and not tube_is_clear(simulation):
+        rim_mm, top_mm = 1e3 * cast(Tube, simulation.wall("tube")).bottom_m, 1e3 * simulation.top_m
+        raise SimulationError(
+            f"the tube is not clear of the grains at the time limit of {setup.max_time_s:.3g} s: its rim is {rim_mm:.3g} mm high, "
+            f"the grains {top_mm:.3g} mm"
+        )
     if is_flat(simulation.grains, n):
         status = "flat"
     else:

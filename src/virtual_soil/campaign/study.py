@@ -168,10 +168,13 @@ def simulations(config: dict, rows: list[dict]) -> dict[str, dict]:
 
 
 def check_costs(config: dict, rows: dict[str, dict]) -> None:
-    """Refuse a study with a simulation that cannot finish: a size, speed or time is wrong by orders of magnitude."""
-    for row in rows.values():
+    """Refuse a study with a simulation that cannot finish, or whose grains are too soft: a quantity is wrong by magnitudes."""
+    largest_load_first = sorted(rows.values(), key=lambda row: -max((row[load] or 0.0 for load in LOADS), default=0.0))
+    for row in largest_load_first:
         try:
             work = math.prod(BY_NAME[row["experiment"]].cost(row, experiment_settings(config, row)))
+        except CalibrationError as error:
+            raise StudyError(f"{row['experiment']}: {error}") from None
         except (ArithmeticError, ValueError):  # the engine refuses these settings
             work = math.inf
         if not work < MAX_GRAIN_STEPS:

@@ -21,6 +21,7 @@ MODULES = {
             "REDUCED_BY",
             "LABORATORY",
             "SEEDS",
+            "SOUND",
             "Settings",
         ),
         *("Fidelity", "CHECK", "REFERENCE", "loads", "check_loads", "canonical", "setup", "cost"),

@@ -7,10 +7,13 @@ from dem import stable_time_step
 from dem.contact.model import ROLLING
 from dem.experiments.soil import Engine, Soil
 from dem.factory import SPACING_RATIO
+from virtual_soil.calibration.errors import demand
 
 SOIL_KEYS = tuple(Soil.__dataclass_fields__)
 #: Solid fraction of grains in tube and box.
 SOLID_FRACTION = 0.57
+#: Minimum of E*/p with grains that are not softened: overlaps of (p/E*)^(2/3) = 1 % of the radius.
+LEAST_STIFFNESS = 1000.0
 
 
 def soil_of(row: dict) -> Soil:
@@ -43,6 +46,22 @@ def sliding(material: dict, config: dict, wall_frictions: Callable[[dict, dict],
     simulated = {**material, "rolling_friction": 2.0 * static}
     wall_static, wall_rolling = wall_frictions(simulated, config)
     return simulated if wall_static == 0.0 or wall_static < wall_rolling else material
+
+
+def check_stiffness(soil: Soil, stress_pa: float, number: float | None, key: str) -> None:
+    """Raise CalibrationError, naming the shear modulus that would do, if the grains are too soft for a stress.
+
+    number : E*/p that softening aims at, the setting `key`; None: the grains are not softened, and LEAST_STIFFNESS is demanded.
+    Softer grains than that overlap so much that they are no grains any more.
+    """
+    wanted = LEAST_STIFFNESS if number is None else number
+    least = wanted * stress_pa * (1.0 - soil.poisson_ratio)
+    demand(
+        soil.shear_modulus_pa >= least,
+        "shear_modulus_pa",
+        f"{soil.shear_modulus_pa:.3g}",
+        f"at least {least:.3g}, so that E*/p is {wanted:g} under {stress_pa:.3g} Pa ({key})",
+    )
 
 
 def time_step_s(soil: Soil, engine: Engine) -> float:

@@ -7,8 +7,11 @@ import math
 from dataclasses import dataclass
 
 from dem.experiments import angle_of_repose
+from dem.experiments.soil import Soil
 from virtual_soil.calibration.response import Response
 from virtual_soil.campaign.experiments.common import (
+    SOLID_FRACTION,
+    check_stiffness,
     engine_of,
     filled_height_m,
     loose_column_m,
@@ -52,8 +55,14 @@ LABORATORY = "repose_csv"
 #: Default seeds of each stage.
 SEEDS = {"design": [1], "check": [1], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
 
+#: Status of the simulations that count; the others enter no fit.
+SOUND = ("static", "flat")
+
 #: Time until the filled grains are at rest, in free-fall times of the loose column.
 FILL_FALL_TIMES = 2.0
+#: Time limit: lift over this number of heights of the filled column (loose packings are higher than expected), then this number of
+#: its free-fall times. Slopes of rough grains without rolling friction creep longest, for some 140 of them.
+LIFT_HEIGHTS, REST_FALL_TIMES = 1.3, 200.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,11 +76,13 @@ class Settings:
     )
     wall_static_friction: float | None = setting("static friction of tube and plate; null = as between grains", None, minimum=0)
     wall_rolling_friction: float | None = setting("rolling friction of tube and plate; null = as between grains", None, minimum=0)
-    max_time_s: float = setting(
-        "simulated time after which a heap is measured even if it still moves",
-        0.7,
+    max_time_s: float | None = setting(
+        "upper bound of the simulated time from the start of the lift; null: none beside the time limit that follows from column "
+        "height, lift speed and free fall",
+        None,
         above=0,
-        note="the paper's; from the start of the lift; scales with the geometry, as the lift height does",
+        note="scales with the geometry, as the lift height does. A heap that still moves then has no angle; if the tube is not "
+        "clear of it then, its simulation has failed.",
     )
     estimator: str = choice("which estimator gives angle_of_repose_deg", "profile", ("profile", "silhouette"))
 
@@ -80,13 +91,11 @@ class Settings:
 class Fidelity:
     """Numerical fidelity of the heaps; the defaults are the campaign's."""
 
-    repose_stiffness_reduction: float = setting(
-        "divisor of the grains' shear modulus in the angle-of-repose test, at material.radius_m; smaller if the geometry grows "
-        "with the grains",
-        100.0,
-        minimum=1,
-        note="The stress under a 1.5 mm column is about 26 Pa. With G/100, E*/p > 2e4: overlaps at rest are about (p/E*)^(2/3) = "
-        "0.1 % of r, 2 to 3 % during impacts. Heaps of 500 um with G/100 and mu_s = 1.2 became unstable during filling.",
+    repose_stiffness_number: float | None = setting(
+        "E*/p of the softened grains in the angle-of-repose test; null: no softening",
+        20000.0,
+        above=0,
+        note="p: stress under the filled column. Overlaps at rest are about (p/E*)^(2/3) = 0.1 % of r, 2 to 3 % during impacts.",
     )
     repose_time_step_rayleigh_ratio: float = setting(
         "time step over Rayleigh time in the angle-of-repose test",
@@ -103,7 +112,7 @@ class Fidelity:
 #: Further settings of the check points.
 CHECK: dict[str, tuple] = {}
 #: The paper's fidelity, where it differs.
-REFERENCE = {"repose_stiffness_reduction": 1.0, "repose_time_step_rayleigh_ratio": 0.2}
+REFERENCE = {"repose_stiffness_number": None, "repose_time_step_rayleigh_ratio": 0.2}
 
 
 def loads(config: dict) -> list[float]:
@@ -133,40 +142,48 @@ def canonical(material: dict, config: dict) -> dict:
 def setup(config: dict, row: dict) -> dict:
     """Return keyword arguments of the test's Setup and of the engine for one row of the design.
 
-    The lift height scales with the geometry, and so does the time limit. The stress under the column scales as well, so the
-    stiffness reduction decreases in proportion.
+    Time limit and softening follow from the filled column, so they are right for grains and tubes of any size.
     """
-    fidelity = config["fidelity"][row["fidelity"]]
+    fidelity, soil = config["fidelity"][row["fidelity"]], soil_of(row)
     protocol = {key: value for key, value in config[NAME].items() if key not in MEASURED_BY}
-    scale = scale_m(config, row)
-    grown = scale / config["material"]["radius_m"]
+    scale, gravity = scale_m(config, row), config["engine"]["gravity_m_s2"]
+    column = filled_height_m(soil, protocol["n_particles"], tube_area_m2(protocol["tube_diameter_ratio"], scale))
+    limit, cap = time_limit_s(column, fidelity["lift_speed_m_s"], gravity), protocol["max_time_s"]
     protocol |= {
         "scale_radius_m": scale,
         "lift_speed_m_s": fidelity["lift_speed_m_s"],
-        "max_time_s": protocol["max_time_s"] * grown,
+        "max_time_s": limit if cap is None else min(limit, cap * scale / config["material"]["radius_m"]),
     }
+    stress, number = SOLID_FRACTION * soil.density_kg_m3 * gravity * column, fidelity["repose_stiffness_number"]
+    check_stiffness(soil, stress, number, f"fidelity.{row['fidelity']}.repose_stiffness_number")
     engine = {
         **config["engine"],
         "time_step_rayleigh_ratio": fidelity["repose_time_step_rayleigh_ratio"],
-        "stiffness_reduction": softening(fidelity["repose_stiffness_reduction"], grown),
+        "stiffness_reduction": softening(soil, stress, number),
     }
     return {"setup": protocol, "engine": engine}
 
 
-def softening(reduction: float, grown: float) -> float:
-    """Stiffness reduction of a heap whose geometry is `grown` times the base's: inversely proportional to `grown` above 1.
+def tube_area_m2(tube_diameter_ratio: float, scale_radius_m: float) -> float:
+    """Cross-section of the tube in m2."""
+    return math.pi * (tube_diameter_ratio * scale_radius_m) ** 2
 
-    E*/(rho g r) is then identical for all radii from the base radius on. The result is between 1 (the grains' own stiffness) and
-    `reduction`.
-    """
-    return max(1.0, reduction / max(1.0, grown))
+
+def time_limit_s(column_m: float, lift_speed_m_s: float, gravity_m_s2: float) -> float:
+    """Time in s from the start of the lift in which a heap of any soil comes to rest."""
+    return LIFT_HEIGHTS * column_m / lift_speed_m_s + REST_FALL_TIMES * math.sqrt(2.0 * column_m / gravity_m_s2)
+
+
+def softening(soil: Soil, stress_pa: float, number: float | None) -> float:
+    """By how much to soften the grains so that E* over the stress under the column is `number`; None leaves them as they are."""
+    return 1.0 if number is None else soil.shear_modulus_pa / (1.0 - soil.poisson_ratio) / (number * stress_pa)
 
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:
     """Return the number of grains and the expected steps: fall of the column, then lift of the tube over the filled height."""
     soil, engine = soil_of(row), engine_of(settings)
     test = angle_of_repose.Setup(**settings["setup"])
-    area = math.pi * (test.tube_diameter_ratio * test.scale_radius_m) ** 2
+    area = tube_area_m2(test.tube_diameter_ratio, test.scale_radius_m)
     fall_s = math.sqrt(2.0 * loose_column_m(soil, test.n_particles, area) / engine.gravity_m_s2)
     lift_s = min(filled_height_m(soil, test.n_particles, area) / test.lift_speed_m_s, test.max_time_s)
     return test.n_particles, (FILL_FALL_TIMES * fall_s + lift_s) / time_step_s(soil, engine)

@@ -3,6 +3,7 @@
 import pandas as pd
 
 from dem.measure.heap import measure_heap
+from virtual_soil.campaign.experiments.repose.declared import SOUND
 
 NOTHING = {"angle_profile_deg": None, "angle_silhouette_deg": None, "angle_azimuth_sd_deg": None, "heap_height_m": None}
 
@@ -10,10 +11,11 @@ NOTHING = {"angle_profile_deg": None, "angle_silhouette_deg": None, "angle_azimu
 def measured(run: dict, grains: pd.DataFrame | None, settings: dict) -> dict:
     """Return a run's row with its angles: missing for a failed run, 0 if no heap remains.
 
+    A heap that still moves has angles by the estimators, but no angle of repose: no fit and no comparison uses it.
     settings : the experiment's section of the configuration.
     """
     row = {**run, **angles(run, grains)}
-    return {**row, "angle_of_repose_deg": row[f"angle_{settings['estimator']}_deg"]}
+    return {**row, "angle_of_repose_deg": row[f"angle_{settings['estimator']}_deg"] if row["status"] in SOUND else None}
 
 
 def angles(run: dict, grains: pd.DataFrame | None) -> dict:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from dem.experiments import direct_shear, specimen
 from virtual_soil.calibration.response import Response
-from virtual_soil.campaign.experiments.common import engine_of, scale_m, sliding, soil_of, time_step_s
+from virtual_soil.campaign.experiments.common import check_stiffness, engine_of, scale_m, sliding, soil_of, time_step_s
 from virtual_soil.campaign.settings import choice, setting
 
 NAME = "shear"
@@ -53,6 +53,9 @@ LABORATORY = "direct_shear_csv"
 
 #: Default seeds of each stage.
 SEEDS = {"design": [1, 2], "check": [1, 2], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
+
+#: Status of the simulations that count; the others enter no fit.
+SOUND = ("done",)
 
 #: Duration of the consolidation: inertial times, and minimum number of steps.
 CONSOLIDATION_TIMES, CONSOLIDATION_STEPS = 40.0, 5500
@@ -158,10 +161,12 @@ def setup(config: dict, row: dict) -> dict:
     }
     engine = {**config["engine"], "time_step_rayleigh_ratio": fidelity["shear_time_step_rayleigh_ratio"]}
     number, gravity = fidelity["shear_stiffness_number"], engine["gravity_m_s2"]
-    test = direct_shear.Setup(**protocol)
+    test, soil = direct_shear.Setup(**protocol), soil_of(row)
+    stress = specimen.plane_stress_pa(soil, test, gravity)
+    check_stiffness(soil, stress, number, f"fidelity.{row['fidelity']}.shear_stiffness_number")
     return {
         "setup": protocol,
-        "engine": engine | {"stiffness_reduction": specimen.stiffness_reduction(soil_of(row), test, number, gravity)},
+        "engine": engine | {"stiffness_reduction": specimen.stiffness_reduction(soil, test, number, gravity)},
     }
 
 
