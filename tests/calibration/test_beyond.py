@@ -13,7 +13,7 @@ from virtual_soil.calibration.sensitivity import sobol_table
 from virtual_soil.calibration.space import Space
 from virtual_soil.calibration.twin import coverage_table, twin_soil, twin_table
 from virtual_soil.calibration.uncertainty import Likelihood
-from virtual_soil.calibration.verify import comparison_table, verdict
+from virtual_soil.calibration.verify import answer, comparison_table, verdict
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.campaign.measure import responses_by_seed
 
@@ -90,9 +90,17 @@ LINE = {"relative_scatter": 0.1, "n_runs": 8}
 SCATTER = {"angle_of_repose": 3.0, "cohesion": 0.1, "friction_angle": 0.1}
 
 
-def compared(tables):
+TARGET_ERRORS = {("sand", "cohesion"): 5.0, ("sand", "friction_angle"): 0.5, ("sand", "angle_of_repose"): 1.0}
+LIMITS = {
+    "difference_of_consequence": {"cohesion_pa": 40.0, "friction_angle_deg": 4.0, "angle_of_repose_deg": 4.0},
+    "standard_error": {"cohesion_pa": 10.0, "friction_angle_deg": 1.0, "angle_of_repose_deg": 2.0},
+}
+
+
+def compared(tables, limits=LIMITS, spoiled=None):
     by_seed = responses_by_seed(tables, {"shear": {"strength": "plateau", "normal_stress": "plane"}})
-    return comparison_table(RESPONSES, OPTIMA, campaign(SPACE.crowd(64)), tables, by_seed, SCATTER, MATERIAL)
+    models = campaign(SPACE.crowd(64))
+    return comparison_table(RESPONSES, OPTIMA, models, tables, by_seed, SCATTER, TARGET_ERRORS, limits, spoiled or {}, MATERIAL)
 
 
 def test_verification_compares_prediction_and_simulation_at_the_optimum():
@@ -104,11 +112,40 @@ def test_verification_compares_prediction_and_simulation_at_the_optimum():
     assert table.loc["friction_angle", "simulated"] == pytest.approx(np.degrees(np.arctan(0.5)), abs=0.2)
     assert table.loc["cohesion", "simulated"] == pytest.approx(20.0, abs=1.0)
     assert table.loc["cohesion", "simulated_sd"] == pytest.approx(10.0, rel=0.05)
-    assert not table.loc["cohesion", "agrees"]  # predicted 0, simulated 20 +- 6
-    assert verdict(table.reset_index()) == "differs: cohesion, friction_angle, angle_of_repose"
-    assert verdict(table.reset_index().assign(agrees=True)) == "agrees"
-    table.loc["angle_of_repose", "simulated"] = np.nan
-    assert verdict(table.reset_index()) == "differs: cohesion, friction_angle; not simulated: angle_of_repose"
+    assert table.loc["cohesion", "prediction"] == "contradicted"  # predicted 0, simulated 20 +- 6
+    assert heap["difference"] == -1.0
+    assert heap["difference_se"] == pytest.approx(np.hypot(1.0, 2.0 / np.sqrt(3)))
+    # wanted 24 +- 5 Pa, 26.6 +- 0.5 deg and 30 +- 1 deg
+    assert table["match"].to_dict() == {"cohesion": "matches", "friction_angle": "matches", "angle_of_repose": "matches"}
+    table = table.reset_index()
+    assert verdict(table, "prediction") == "contradicted: cohesion, friction_angle, angle_of_repose"
+    assert verdict(table.assign(prediction="confirmed"), "prediction") == "confirmed"
+    assert verdict(table, "match") == "matches"
+    table.loc[table["response"] == "angle_of_repose", "prediction"] = "not simulated"
+    assert verdict(table, "prediction") == "contradicted: cohesion, friction_angle; not simulated: angle_of_repose"
+
+
+def test_a_test_too_blunt_to_decide_matches_nothing_and_confirms_nothing():
+    blunt = {name: {column: 0.1 * value for column, value in columns.items()} for name, columns in LIMITS.items()}
+    table = compared(verification_tables(), blunt).set_index("response")
+    assert table["match"].to_dict() == {"cohesion": "not decided", "friction_angle": "matches", "angle_of_repose": "not decided"}
+    assert verdict(table.reset_index(), "match") == "not decided: cohesion, angle_of_repose"  # every seed has the same slope
+    assert "confirmed" not in set(table["prediction"])
+
+
+def test_simulations_that_were_spoiled_are_counted_at_their_optimum():
+    point = point_id(point_at(MATERIAL, {"radius_m": 1e-4, "static_friction": 0.4, "rolling_friction": 0.2}))
+    assert set(compared(verification_tables(), spoiled={point: 2, "another": 5})["n_spoiled"]) == {2}
+    assert set(compared(verification_tables(), spoiled={"another": 5})["n_spoiled"]) == {0}
+
+
+@pytest.mark.parametrize(
+    ("difference", "error", "decisive", "expected"),
+    [(1.9, 1.0, True, "matches"), (1.9, 1.0, False, "not decided"), (-2.1, 1.0, True, "misses"), (2.1, 1.0, False, "misses"),
+     (np.nan, np.nan, False, "not simulated")],
+)  # fmt: skip
+def test_a_question_has_four_answers(difference, error, decisive, expected):
+    assert answer("match", difference, error, decisive) == expected
 
 
 def test_two_seeds_have_the_scatter_that_the_campaign_knows():
@@ -122,8 +159,9 @@ def test_an_optimum_whose_simulations_all_failed_is_not_verified():
     empty = {name: table.iloc[:0] for name, table in tables.items()}
     table = compared(empty)
     assert table["simulated"].isna().all()
-    assert not table["agrees"].any()
-    assert verdict(table) == "not simulated"
+    for question in ("prediction", "match"):
+        assert set(table[question]) == {"not simulated"}
+        assert verdict(table, question) == "not simulated"
 
 
 def test_every_simulated_soil_is_found_again_about_as_often_as_the_region_says():

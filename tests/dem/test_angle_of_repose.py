@@ -1,8 +1,9 @@
 """How the angle-of-repose test ends."""
 
 import numpy as np
+import pytest
 
-from dem import Grains, Material, Simulation
+from dem import Grains, Material, Simulation, SimulationError
 from dem.experiments import angle_of_repose
 from dem.experiments.soil import Engine, Soil
 from dem.measure import heap
@@ -11,7 +12,7 @@ RADIUS = 1e-3
 STEEL = Material(density_kg_m3=7800.0, poisson_ratio=0.3, shear_modulus_pa=5e7)
 
 
-def make(static_friction, rolling_friction, max_time_s=2.0):
+def make(static_friction, rolling_friction, max_time_s=2.0, lift_speed_m_s=0.05):
     soil = Soil(
         radius_m=RADIUS,
         density_kg_m3=2500.0,
@@ -25,7 +26,7 @@ def make(static_friction, rolling_friction, max_time_s=2.0):
         n_particles=500,
         tube_diameter_ratio=10.0,
         plate_half_width_ratio=60.0,
-        lift_speed_m_s=0.05,
+        lift_speed_m_s=lift_speed_m_s,
         max_time_s=max_time_s,
         scale_radius_m=RADIUS,
     )
@@ -47,7 +48,14 @@ def test_a_rough_soil_ends_static_and_stands():
 
 
 def test_a_heap_that_is_still_moving_when_the_time_is_up_is_named_so():
-    assert make(0.9, 0.3, max_time_s=0.02).status == "time_limit"
+    assert make(0.9, 0.3, max_time_s=0.02, lift_speed_m_s=2.0).status == "time_limit"
+
+
+def test_grains_that_are_still_in_their_tube_when_the_time_is_up_are_no_heap():
+    with pytest.raises(
+        SimulationError, match=r"the tube is not clear of the grains at the time limit of 0.02 s: its rim is 1 mm high"
+    ):
+        make(0.9, 0.3, max_time_s=0.02)
 
 
 def test_what_the_test_calls_flat_is_flat_to_the_estimators():

@@ -15,11 +15,12 @@ OPTIMUM = {
     "angle_of_repose_deg": 29.0, "target_cohesion_pa": 24.0, "target_friction_angle_deg": 26.6, "target_angle_of_repose_deg": 30.0,
     "cohesion_pa_low_95": -5.0, "cohesion_pa_high_95": 6.0, "friction_angle_deg_low_95": 25.0, "friction_angle_deg_high_95": 28.0,
     "angle_of_repose_deg_low_95": 27.0, "angle_of_repose_deg_high_95": 31.0, "missed": "cohesion", "extrapolated": "",
-    "verified": "differs: angle_of_repose",
+    "prediction": "contradicted: angle_of_repose", "match": "misses: angle_of_repose",
 }  # fmt: skip
 SIMULATED = [
     {"response": "angle_of_repose", "unit": "deg", "target": 30.0, "predicted": 29.0, "predicted_se": 1.0,
-     "simulated": float("nan"), "simulated_se": float("nan"), "n_seeds": 0, "agrees": False},
+     "simulated": float("nan"), "simulated_se": float("nan"), "n_seeds": 0, "prediction": "not simulated",
+     "match": "not simulated"},
 ]  # fmt: skip
 RESPONSES = {"cohesion_pa": "Pa", "friction_angle_deg": "deg", "angle_of_repose_deg": "deg"}
 PROVENANCE = {"engine": "abc", "inference": "def", "export": "012", "versions": {"numpy": "2"}}

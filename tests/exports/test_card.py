@@ -17,7 +17,8 @@ def test_the_card_holds_the_answer_its_intervals_and_its_doubts(make_card):
     }  # fmt: skip
     assert (card["parameters"]["restitution"]["value"], card["parameters"]["restitution"]["calibrated"]) == (0.5, False)
     assert card["responses"]["cohesion_pa"] == {"unit": "Pa", "target": 24.0, "predicted": 1.0, "low_95": -5.0, "high_95": 6.0}
-    assert card["verification"]["verdict"] == "differs: angle_of_repose"
+    verdicts = [card["verification"][name] for name in ("prediction", "match")]
+    assert verdicts == ["contradicted: angle_of_repose", "misses: angle_of_repose"]
     assert (card["verification"]["missed"], card["verification"]["extrapolated"]) == (["cohesion"], [])
     assert card["verification"]["simulations"][0]["simulated"] is None
     assert card["walls"] == {"static_friction": 0.4, "rolling_friction": 0.1}
@@ -46,7 +47,7 @@ def test_the_configuration_is_fingerprinted_whatever_the_order_of_its_keys(make_
         lambda card: card["parameters"]["radius_m"].update(value=-1.0),
         lambda card: card["provenance"].update(config_sha256="x"),
         lambda card: card["models"]["rolling"].pop("type"),
-        lambda card: card["verification"].update(verdict=""),
+        lambda card: card["verification"].update(match=""),
         lambda card: card.update(colour="grey"),
     ],
 )

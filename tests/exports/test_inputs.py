@@ -207,7 +207,7 @@ def test_every_file_says_what_it_is_how_it_was_converted_and_that_the_heap_must_
     for program, (name, comment) in PROGRAMS.items():
         head = [line for line in texts[name].splitlines() if line.startswith(comment.strip())]
         assert f"Material sand (soil barco, study default) for {program}" in head[0]
-        assert "differs: angle_of_repose" in head[1]
+        assert "prediction contradicted: angle_of_repose; wanted properties: misses: angle_of_repose" in head[1]
         assert any("each grain feels the torque mu_r F_n R_i against its own spin" in line for line in head)
         assert any("THE HEAP MUST BE SIMULATED AGAIN" in line for line in head)
         between, against = converted(1.0, "type_a", program)

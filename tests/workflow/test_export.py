@@ -30,5 +30,5 @@ def test_a_case_gets_its_card_and_input_for_every_program(tmp_path, case):
     for name in config["design"]["variables"]:
         assert card["parameters"][name]["value"] == optimum[name]
         assert card["parameters"][name]["low_95"] == optimum[f"{name}_low_95"]
-    assert card["verification"]["verdict"] == optimum["verified"]
+    assert [card["verification"][name] for name in ("prediction", "match")] == [optimum["prediction"], optimum["match"]]
     assert [row["response"] for row in card["verification"]["simulations"]] == ["cohesion", "friction_angle", "angle_of_repose"]

@@ -61,7 +61,7 @@ def test_it_says_what_it_rests_on_and_what_is_out_of_reach(answered):
     reach = pd.read_parquet(REFERENCE / "reachability.parquet").query("soil == 'lunar_regolith' and not reachable")
     assert "cohesion" in set(reach["response"])  # grains without adhesion
     assert set(table["out_of_reach"]) == {",".join(reach["response"])}
-    assert set(table["verified"]) == {"not simulated"}
+    assert set(table["prediction"]) == set(table["match"]) == {"not simulated"}
     assert table["basis"].str.contains("reference tables").all()
     assert read_provenance(path)["design"]["variables"] == VARIABLES
 

@@ -28,7 +28,7 @@ RANGES = {"cohesion": (-20.0, 80.0), "friction_angle": (8.0, 58.0), "angle_of_re
 def tables(determined=True, **changes):
     row = {
         "case": "sand", "surrogate": "ours", "at_bound": "", "n_distinct": 1, "deviation_sd": 0.5, "missed": "", "extrapolated": "",
-        "verified": "agrees",
+        "prediction": "confirmed", "match": "matches", "n_spoiled": 0,
         "cohesion_pa": 24.0, "friction_angle_deg": 30.0, "angle_of_repose_deg": 30.0, **changes,
     }  # fmt: skip
     reach = [{"response": name, "lowest_simulated": low, "highest_simulated": high} for name, (low, high) in RANGES.items()]
@@ -61,7 +61,8 @@ def test_every_reason_for_doubt_is_named():
     )
     assert "extrapolated: cohesion, angle of repose" in remark(extrapolated="cohesion,angle_of_repose")
     assert "edge of the design (r, µs)" in remark(at_bound="radius_m,static_friction")
-    assert "does not confirm what was predicted (differs: cohesion)" in remark(verified="differs: cohesion")
+    assert "does not confirm what was predicted (contradicted: cohesion)" in remark(prediction="contradicted: cohesion")
+    assert "too few or too small to decide" in remark(match="not decided: friction_angle")
     assert "3 distinct minima" in remark(n_distinct=3)
     assert "do not determine +0.90 µs -0.40 µr there" in remark(determined=False)
 

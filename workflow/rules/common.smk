@@ -14,7 +14,7 @@ from virtual_soil.campaign.experiments.registry import (
     RESPONSES,
 )
 from virtual_soil.campaign.provenance import versions
-from virtual_soil.campaign.sections import Study
+from virtual_soil.campaign.sections import LIMITS, Study
 from virtual_soil.campaign.settings import in_declared_order
 from virtual_soil.campaign.study import (
     base_simulation,

@@ -31,6 +31,7 @@ rule compare_round:
     input:
         calibration=previous("calibration.parquet"),
         surrogates=previous("surrogates.json"),
+        soils=f"{RESULTS}/soil.parquet",
         campaign=[f"{RESULTS}/{name}.parquet" for name in MEASURED],
         tables=[f"{RESULTS}/rounds/{{round}}/{name}.parquet" for name in MEASURED],
     output:
@@ -39,6 +40,8 @@ rule compare_round:
         f"{LOGS}/rounds/{{round}}/compare_round.log",
     params:
         material=config["material"],
+        uncertainty=config["uncertainty"],
+        verify={name: config["verify"][name] for name in LIMITS},
         settings={name: config[name] for name in TESTS},
         code=CODE.of_script("verify"),
     message:

@@ -86,7 +86,9 @@ checkpoint verification_design:
         f"{LOGS}/verification_design.log",
     params:
         study={key: config[key] for key in ("material", "design", *TESTS, "engine")},
-        verify=config["verify"],
+        verify={
+            key: config["verify"][key] for key in config["verify"] if key not in LIMITS
+        },
         code=CODE.of_script("verification_design"),
     message:
         "List the simulations of every optimum, with seeds that no fit has used."
@@ -98,6 +100,7 @@ rule verify:
     input:
         calibration=f"{LAST}/calibration.parquet",
         surrogates=f"{LAST}/surrogates.json",
+        soils=f"{RESULTS}/soil.parquet",
         campaign=[f"{RESULTS}/{name}.parquet" for name in MEASURED],
         tables=[f"{RESULTS}/verification/{name}.parquet" for name in MEASURED],
     output:
@@ -106,6 +109,8 @@ rule verify:
         f"{LOGS}/verify.log",
     params:
         material=config["material"],
+        uncertainty=config["uncertainty"],
+        verify={name: config["verify"][name] for name in LIMITS},
         settings={name: config[name] for name in TESTS},
         code=CODE.of_script("verify"),
     message:

@@ -5,7 +5,7 @@ import shutil
 import pandas as pd
 
 from _log import log_to
-from virtual_soil.calibration.verify import conclusion
+from virtual_soil.calibration.verify import QUESTIONS, conclusion
 from virtual_soil.campaign.files import whole
 from virtual_soil.campaign.inference import likelihoods_of, read_models
 from virtual_soil.campaign.tables import read_table, write_table
@@ -20,7 +20,7 @@ def main(files, params, output, provenance):
         read_models(files.surrogates, "gaussian_process"),
     )
     table = pd.concat([answer, read_table(files.published_calibration, "optima")], ignore_index=True)
-    text = ["missed", "extrapolated", "verified"]
+    text = ["missed", "extrapolated", *QUESTIONS]
     write_table(table.fillna(dict.fromkeys(text, "")), output.calibration, "calibration", provenance)
     for name in ("iterations", "minima"):
         parts = [read_table(path, name) for path in (files[name], files[f"published_{name}"])]

@@ -2,10 +2,11 @@
 
 from _log import log_to
 from virtual_soil.calibration.noise import known_scatter
+from virtual_soil.calibration.uncertainty import target_errors
 from virtual_soil.calibration.verify import comparison_table
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.campaign.inference import read_models, read_tables
-from virtual_soil.campaign.measure import responses_by_seed
+from virtual_soil.campaign.measure import responses_by_seed, spoiled
 from virtual_soil.campaign.tables import read_table, write_table
 
 if __name__ == "__main__":
@@ -19,6 +20,9 @@ if __name__ == "__main__":
         tables,
         responses_by_seed(tables, params.settings),
         {name: known_scatter(response, campaign[response.table]) for name, response in RESPONSES.items()},
+        target_errors(read_table(files.soils, "soil"), params.uncertainty["target_uncertainty_ratio"]),
+        params.verify,
+        spoiled(tables),
         params.material,
     )
     write_table(table, snakemake.output.table, "verification", {"rule": snakemake.rule, **dict(params.items())})

@@ -12,7 +12,7 @@ from virtual_soil.calibration.models import space_of
 from virtual_soil.calibration.optimise import calibrate, terms
 from virtual_soil.calibration.response import Responses
 from virtual_soil.calibration.uncertainty import likelihood_of, posterior_table, sample
-from virtual_soil.calibration.verify import conclusion
+from virtual_soil.calibration.verify import QUESTIONS, conclusion
 
 BASIS = "surrogates of the reference tables; to be confirmed by a campaign at one's own settings"
 
@@ -35,7 +35,7 @@ def first_answer(responses: Responses, models: dict, processes: dict, tables: di
 
     Returns
     -------
-    (a table as of `calibration.conclusion`, `verified` being "not simulated", with `out_of_reach` and `basis`; the reachability
+    (a table as of `calibration.conclusion`, the verdicts being "not simulated", with `out_of_reach` and `basis`; the reachability
     table)
     """
     design, ratio = settings["design"], settings["uncertainty"]["target_uncertainty_ratio"]
@@ -48,7 +48,7 @@ def first_answer(responses: Responses, models: dict, processes: dict, tables: di
         posterior_table(case, likelihoods[case["case"]], *sample(likelihoods[case["case"]], n_samples))
         for case in settings["cases"]
     ]
-    unverified = pd.DataFrame({"case": [], "simulated": []})
+    unverified = pd.DataFrame(columns=["case", "response", *QUESTIONS, "n_spoiled"])
     table = conclusion(optima, pd.concat(samples, ignore_index=True), unverified, likelihoods, processes)
     return table.assign(out_of_reach=",".join(reach.loc[~reach["reachable"], "response"]), basis=BASIS), reach
 

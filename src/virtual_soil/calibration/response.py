@@ -21,6 +21,8 @@ class Response:
     maximum : upper bound of a target, which must lie below it; the lower bound is 0, excluded unless `signed`.
     signed : True for an intercept: a regression through noisy tests may put it below zero.
     smallest_scale : errors relative to the target are taken relative to at least this, in `unit`.
+    of_consequence, decisive_error : smallest difference that matters to a user, and the standard error that a simulated mean needs
+        to decide whether it meets a target, in `unit`; defaults of the settings.
     sweep_form : default form of g, "quadratic" or "log" (see `calibration.surrogate`).
     """
 
@@ -33,6 +35,8 @@ class Response:
     maximum: float = float("inf")
     signed: bool = False
     smallest_scale: float = 0.0
+    of_consequence: float = 1.0
+    decisive_error: float = 1.0
     sweep_form: str = "quadratic"
 
     @property

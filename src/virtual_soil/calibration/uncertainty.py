@@ -107,6 +107,11 @@ def target_uncertainty(target, ratio: float) -> float:
     return float(stated) if stated > 0 else max(ratio * abs(target["value"]), LEAST_UNCERTAINTY)
 
 
+def target_errors(soils: pd.DataFrame, ratio: float) -> dict[tuple[str, str], float]:
+    """Standard uncertainty of every target of the soil table, by soil and response."""
+    return {(row["soil"], row["property"]): target_uncertainty(row, ratio) for _, row in soils.iterrows()}
+
+
 def probabilities(log_likelihood: np.ndarray) -> np.ndarray:
     """Weights (m,) that sum to one."""
     weights = np.exp(log_likelihood - log_likelihood.max())

@@ -1,4 +1,14 @@
-"""Verification of the answer: optima beside simulations of them."""
+"""Verification of the answer: optima beside simulations of them, and two questions with three answers each.
+
+    Does simulation confirm the prediction?        gap = simulated - predicted
+    Has the simulated soil the target's value?     difference = simulated - target
+
+The first is "contradicted" and the second "misses" if the value lies beyond NOISE_LIMIT standard errors. Otherwise a test may agree
+because it is blunt, so the answer is "not decided" if its standard error exceeds what decides, and "confirmed" or "matches" only
+below that. For the prediction half the smallest difference of consequence decides, since an error of that size must show at two
+standard errors; for the target the standard error demanded of the simulated mean. The target's own uncertainty cannot be reduced by
+simulation: it widens what matches, but leaves nothing undecided.
+"""
 
 from collections.abc import Mapping
 
@@ -10,6 +20,10 @@ from virtual_soil.calibration.points import point_at, point_id
 from virtual_soil.calibration.response import Response, Responses
 from virtual_soil.calibration.uncertainty import Likelihood, intervals
 
+#: The two questions: column of the answer -> (answer beyond the noise, answer within it).
+QUESTIONS = {"prediction": ("contradicted", "confirmed"), "match": ("misses", "matches")}
+UNDECIDED, UNSIMULATED = "not decided", "not simulated"
+
 
 def comparison_table(
     responses: Responses,
@@ -18,9 +32,12 @@ def comparison_table(
     tables: dict,
     by_seed: Mapping[str, pd.DataFrame],
     scatter: Mapping[str, float],
+    target_errors: Mapping[tuple[str, str], float],
+    limits: Mapping[str, Mapping[str, float]],
+    spoiled: Mapping[str, int],
     material: dict,
 ) -> pd.DataFrame:
-    """One row per case and response: target, prediction at the optimum, mean of its simulations, and their gap.
+    """One row per case and response: target, prediction at the optimum, mean of its simulations, and the two answers.
 
     Parameters
     ----------
@@ -28,12 +45,14 @@ def comparison_table(
     tables : by name, those of the responses, of simulations at the optima; other points in them do not matter.
     by_seed : by response, a table of its values with point_id and the response's column, a row for each seed of a point.
     scatter : by response, the campaign's scatter (see `noise.known_scatter`), for optima with fewer than three seeds.
-    material : base values.
+    target_errors : by soil and response, the standard uncertainty of a target.
+    limits : `difference_of_consequence` and `standard_error`, each by the response's column.
+    spoiled : by point, number of simulations that failed or did not come to rest. material : base values.
 
     Returns
     -------
     simulated_sd is the scatter over seeds, simulated_se the standard error of the mean. A missing value in `simulated` means that
-    no simulation there ended well; such a row does not agree.
+    no simulation there ended well.
     """
     variables = [name for name in material if name in calibration]
     rows = []
@@ -43,7 +62,10 @@ def comparison_table(
         for name, response in responses.items():
             predicted, error = (float(v) for v in models[name].predict_with_error(values))
             mean, sd, se, n = simulated(response, point, tables[response.table], by_seed[name], scatter[name])
+            target, target_se = float(optimum[f"target_{response.column}"]), target_errors[optimum["soil"], name]
             gap, gap_se = mean - predicted, float(np.hypot(se, error))
+            difference, difference_se = mean - target, float(np.hypot(se, target_se))
+            decisive = 0.5 * limits["difference_of_consequence"][response.column]
             rows.append(
                 {
                     "case": optimum["case"],
@@ -51,7 +73,8 @@ def comparison_table(
                     **values,
                     "response": name,
                     "unit": response.unit,
-                    "target": float(optimum[f"target_{response.column}"]),
+                    "target": target,
+                    "target_se": target_se,
                     "predicted": predicted,
                     "predicted_se": error,
                     "simulated": mean,
@@ -60,10 +83,24 @@ def comparison_table(
                     "n_seeds": n,
                     "gap": gap,
                     "gap_se": gap_se,
-                    "agrees": bool(abs(gap) <= NOISE_LIMIT * gap_se),
+                    "prediction": answer("prediction", gap, gap_se, gap_se <= decisive),
+                    "difference": difference,
+                    "difference_se": difference_se,
+                    "match": answer("match", difference, difference_se, se <= limits["standard_error"][response.column]),
+                    "n_spoiled": spoiled.get(point, 0),
                 }
             )
     return pd.DataFrame(rows, columns=list(rows[0]) if rows else [])
+
+
+def answer(question: str, difference: float, error: float, decisive: bool) -> str:
+    """Answer to one question; decisive : True if the test is sharp enough that agreement means something."""
+    beyond, within = QUESTIONS[question]
+    if np.isnan(difference):
+        return UNSIMULATED
+    if abs(difference) > NOISE_LIMIT * error:
+        return beyond
+    return within if decisive else UNDECIDED
 
 
 def simulated(response: Response, point: str, table: pd.DataFrame, by_seed: pd.DataFrame, scatter: float):
@@ -82,12 +119,12 @@ def summary(values: np.ndarray, known_error: float) -> tuple[float, float, float
 
 
 def conclusion(calibration, posterior, verification, likelihoods: dict[str, Likelihood], processes: dict) -> pd.DataFrame:
-    """The optima with their uncertainty and the verdict of their verification; one row per case.
+    """The optima with their uncertainty and the verdicts of their verification; one row per case.
 
     Added to each: 95 % intervals of variables and responses; `deviation_sd`, the largest distance of a prediction from its target
     in standard deviations of both, and `missed`, the responses beyond two of them; `extrapolated`, the responses whose simulated
-    points do not surround the optimum (processes: the Gaussian processes, which know the points); `verified`: "agrees", or
-    "differs" and "not simulated" with the responses concerned.
+    points do not surround the optimum (processes: the Gaussian processes, which know the points); `prediction` and `match`: see
+    `verdict`; `n_spoiled`: simulations of the optimum that failed or did not come to rest.
     """
     rows = []
     for _, optimum in calibration.iterrows():
@@ -96,6 +133,7 @@ def conclusion(calibration, posterior, verification, likelihoods: dict[str, Like
         values = {name: float(optimum[name]) for name in variables}
         columns = [response.column for response in likelihood.responses.values()]
         deviations = likelihood.deviations(values)
+        simulated_there = verification[verification["case"] == optimum["case"]]
         rows.append(
             {
                 **optimum.to_dict(),
@@ -103,16 +141,17 @@ def conclusion(calibration, posterior, verification, likelihoods: dict[str, Like
                 "deviation_sd": max(deviations.values()),
                 "missed": ",".join(name for name, deviation in deviations.items() if deviation > NOISE_LIMIT),
                 "extrapolated": ",".join(name for name, process in processes.items() if not process.surrounds(values)),
-                "verified": verdict(verification[verification["case"] == optimum["case"]]),
+                **{question: verdict(simulated_there, question) for question in QUESTIONS},
+                "n_spoiled": int(max(simulated_there["n_spoiled"], default=0)),
             }
         )
     return pd.DataFrame(rows)
 
 
-def verdict(verification: pd.DataFrame) -> str:
-    """One case's verification in a few words."""
-    if verification.empty or verification["simulated"].isna().all():
-        return "not simulated"
-    unknown = verification["simulated"].isna()
-    parts = {"differs": verification.loc[~verification["agrees"] & ~unknown], "not simulated": verification.loc[unknown]}
-    return "; ".join(f"{word}: {', '.join(rows['response'])}" for word, rows in parts.items() if len(rows)) or "agrees"
+def verdict(verification: pd.DataFrame, question: str) -> str:
+    """Answer of one case: "confirmed" or "matches" if it is that of all responses, else the other answers with their responses."""
+    beyond, within = QUESTIONS[question]
+    found = {word: verification.loc[verification[question] == word, "response"] for word in (beyond, UNDECIDED, UNSIMULATED)}
+    if len(found[UNSIMULATED]) == len(verification):
+        return UNSIMULATED
+    return "; ".join(f"{word}: {', '.join(names)}" for word, names in found.items() if len(names)) or within

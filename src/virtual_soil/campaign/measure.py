@@ -34,6 +34,12 @@ def reduced_table(name: str, runs: pd.DataFrame, settings: dict, by_seed: bool =
     return import_module(module_of(experiment, "measure")).reduce(name, runs, settings, by_seed)
 
 
+def spoiled(tables: dict[str, pd.DataFrame]) -> dict[str, int]:
+    """Return point -> number of its simulations that failed or did not come to rest, over all experiments."""
+    runs = [tables[name].loc[~tables[name]["status"].isin(experiment.SOUND), "point_id"] for name, experiment in BY_NAME.items()]
+    return pd.concat(runs).value_counts().to_dict()
+
+
 def responses_by_seed(tables: dict[str, pd.DataFrame], settings: dict) -> dict[str, pd.DataFrame]:
     """Return response -> table with one row per point and seed that contains the response's column.
 

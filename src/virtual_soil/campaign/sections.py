@@ -295,7 +295,30 @@ Refine = make(
         ),
     },
 )
-Verify = make("Verify", "Every optimum is simulated with seeds that no fit has used.", seeds("verify"))
+
+
+def by_column(meaning: str, values: str, note: str) -> tuple:
+    """Field of a number for every response, by its column; values : attribute of the responses with the defaults."""
+    columns = {response.column: getattr(response, values) for response in RESPONSES.values()}
+    numbers = {column: {"type": "number", "exclusiveMinimum": 0} for column in columns}
+    of = {"additionalProperties": False, "required": list(columns), "properties": numbers}
+    return dict[str, float], setting(meaning, columns, note=note, of=of)
+
+
+#: Settings that decide the verdicts (see `calibration.verify`) -> their fields.
+LIMITS = {
+    "difference_of_consequence": by_column(
+        "smallest difference of consequence of each response",
+        "of_consequence",
+        "A prediction is confirmed only if an error of this size would have shown at two standard errors.",
+    ),
+    "standard_error": by_column(
+        "largest standard error of the simulated mean of each response with which a soil can match its target",
+        "decisive_error",
+        "With a larger one a soil that misses its target would match for being blunt; the answer is then: not decided.",
+    ),
+}
+Verify = make("Verify", "Every optimum is simulated with seeds that no fit has used.", {**seeds("verify"), **LIMITS})
 
 TWIN = {
     "type": "object",

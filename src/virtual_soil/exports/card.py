@@ -1,6 +1,6 @@
 """The material card: all data of one calibrated soil that a reader needs to use and to assess it.
 
-A dict that conforms to material.schema.json: parameters with 95 % intervals, responses predicted by the surrogates, verdict of the
+A dict that conforms to material.schema.json: parameters with 95 % intervals, responses predicted by the surrogates, verdicts of the
 simulations, contact model in words and equations, simulation settings, and provenance. Missing numbers are null.
 """
 
@@ -40,7 +40,7 @@ def material_card(optimum: dict, verification: list[dict], config: dict, provena
     material = {**config["material"], **{name: optimum[name] for name in variables}}
     card = {
         "format": "virtual-soil material card",
-        "format_version": 1,
+        "format_version": 2,
         "study": config["study"],
         "case": optimum["case"],
         "soil": optimum["soil"],
@@ -68,12 +68,13 @@ def material_card(optimum: dict, verification: list[dict], config: dict, provena
             for column, unit in responses.items()
         },
         "verification": {
-            "verdict": optimum["verified"],
+            "prediction": optimum["prediction"],
+            "match": optimum["match"],
             "missed": names(optimum["missed"]),
             "extrapolated": names(optimum["extrapolated"]),
             "simulations": [
                 {key: row[key] for key in ("response", "unit", "target", "predicted", "predicted_se", "simulated", "simulated_se",
-                                           "n_seeds", "agrees")}
+                                           "n_seeds", "prediction", "match")}
                 for row in verification
             ],
         },

@@ -46,7 +46,9 @@ def heading(card: dict, program: str) -> list[str]:
     spread = [f"The radii scatter by {sizes:g} of their mean: give the program that distribution."] if sizes > 0 else []
     return [
         f"Material {card['case']} (soil {card['soil']}, study {card['study']}) for {program}, written by virtual-soil. SI units.",
-        f"Simulations of this material with virtual-soil: {card['verification']['verdict']}. Intervals and origin: material.json.",
+        f"Simulated with virtual-soil: prediction {card['verification']['prediction']}; wanted properties: "
+        f"{card['verification']['match']}.",
+        "Intervals and origin: material.json.",
         *spread,
         "",
     ]

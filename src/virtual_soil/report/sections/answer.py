@@ -1,17 +1,21 @@
 """The answer: calibrated parameters with their intervals, the properties at the optima, and what a user must know."""
 
+import re
 from collections.abc import Mapping
 
 import pandas as pd
 
+from virtual_soil.calibration.verify import QUESTIONS
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report.items import Entry, Item
-from virtual_soil.report.quantities import VARIABLES, combination, header, symbols, value_with_interval
+from virtual_soil.report.quantities import VARIABLES, combination, header, printed_unit, symbols, value_with_interval
 from virtual_soil.report.study import Study
 from virtual_soil.report.text import number, spoken, with_error
 
 NAME, TITLE, HEADING = "answer", "The answer", "The answer"
 LINKS = {"answer": "The answer"}
+#: Answers of `calibration.verify` that a simulation contradicts.
+BEYOND = re.compile("|".join(beyond for beyond, _ in QUESTIONS.values()))
 FIGURES: dict[str, Entry] = {}
 TABLES = {"answer": "Calibrated grain parameters", "properties": "Properties at the optima"}
 
@@ -32,42 +36,73 @@ def tables(study: Study) -> dict[str, pd.DataFrame]:
 def words(study: Study) -> dict:
     """Cards and remarks."""
     return {
-        "cards": answer_cards(study.tables["calibration"]),
+        "cards": answer_cards(study.tables["calibration"], study.tables["verification"]),
         "targets": ", ".join(response.symbol for response in RESPONSES.values()),
         "remarks": answer_remarks(study.tables),
     }
 
 
 def answer_table(calibration: pd.DataFrame) -> pd.DataFrame:
-    """Our optima with the intervals of their variables, and the verdict of their verification."""
+    """Our optima with the intervals of their variables, and whether their simulated soils match the targets."""
     rows = []
     for _, row in calibration[calibration["surrogate"] == "ours"].iterrows():
         cells = [cell for name in VARIABLES for cell in value_with_interval(row, name)]
-        rows.append((row["case"], *cells, row["verified"]))
+        rows.append((row["case"], *cells, spoken(row["match"])))
     columns = [column for variable in VARIABLES.values() for column in (header(variable), "95 %")]
-    return pd.DataFrame(rows, columns=["case", *columns, "simulation"])
+    return pd.DataFrame(rows, columns=["case", *columns, "targets"])
 
 
-def answer_cards(calibration: pd.DataFrame) -> list[dict]:
+def answer_cards(calibration: pd.DataFrame, verification: pd.DataFrame) -> list[dict]:
     """Our optima as cards."""
-    return [answer_card(row) for _, row in calibration[calibration["surrogate"] == "ours"].iterrows()]
+    ours = calibration[calibration["surrogate"] == "ours"]
+    return [answer_card(row, verification[verification["case"] == row["case"]]) for _, row in ours.iterrows()]
 
 
-def answer_card(row: Mapping) -> dict:
-    """Case, each variable with its interval, the verdict of its verification, and missed targets."""
+def answer_card(row: Mapping, verification: pd.DataFrame) -> dict:
+    """Case, each variable with its interval, every property as simulated and as wanted, and the two verdicts.
+
+    `state` is "good" only if the simulated soil matches every target and none of its simulations was spoiled.
+    """
     values = []
     for name, variable in VARIABLES.items():
         value, interval = value_with_interval(row, name)
         values.append((variable.symbol, f"{value} {variable.unit}".rstrip(), interval))
-    agrees = row["verified"] == "agrees"
-    verdict = "verified by DEM" if agrees else f"not verified by DEM: {spoken(row['verified'])}"
+    sound = not row["n_spoiled"]
+    match = (
+        "the simulated soil matches its targets"
+        if row["match"] == "matches"
+        else f"simulated against wanted: {spoken(row['match'])}"
+    )
+    prediction = (
+        "simulation confirms the prediction" if row["prediction"] == "confirmed" else f"prediction {spoken(row['prediction'])}"
+    )
     return {
         "case": spoken(row["case"]),
         "values": values,
-        "agrees": agrees,
-        "verdict": verdict,
-        "missed": spoken_list(row["missed"]),
+        "properties": [property_line(line) for _, line in verification.iterrows()],
+        "state": state_of(row["match"], "matches") if sound else "bad",
+        "verdicts": [(state_of(row["match"], "matches"), match), (state_of(row["prediction"], "confirmed"), prediction)],
+        "spoiled": "" if sound else f"{row['n_spoiled']:.0f} of its simulations failed or did not come to rest",
     }
+
+
+def state_of(answer: str, good: str) -> str:
+    """One of "good", "bad" and "open" (not decided, or not simulated)."""
+    if answer == good:
+        return "good"
+    return "bad" if BEYOND.search(answer) else "open"
+
+
+def property_line(line: Mapping) -> tuple[str, str, str, str]:
+    """Symbol of a property, its simulated value with its standard error, the wanted value, and the state of its match."""
+    response = RESPONSES[line["response"]]
+    simulated, unit = with_error(line["simulated"], line["simulated_se"]), printed_unit(response)
+    return (
+        response.symbol,
+        f"{simulated}{unit if unit == '°' else f' {unit}'}",
+        number(line["target"]),
+        state_of(line["match"], "matches"),
+    )
 
 
 def spoken_list(names: str) -> str:
@@ -136,8 +171,10 @@ def doubts(optimum: Mapping) -> list[str]:
     sentences = []
     if optimum["at_bound"]:
         sentences.append(f"It lies at the edge of the design ({symbols(optimum['at_bound'])}).")
-    if optimum["verified"] != "agrees":
-        sentences.append(f"Simulating it does not confirm what was predicted ({spoken(optimum['verified'])}).")
+    if optimum["prediction"] != "confirmed":
+        sentences.append(f"Simulating it does not confirm what was predicted ({spoken(optimum['prediction'])}).")
+    if "not decided" in optimum["match"]:
+        sentences.append("The tests at it are too few or too small to decide whether it meets its targets: add seeds to verify.")
     if optimum["n_distinct"] > 1:
         sentences.append(f"{optimum['n_distinct']} distinct minima were found; the cheapest is shown.")
     return sentences

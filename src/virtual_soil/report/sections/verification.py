@@ -1,6 +1,5 @@
 """The verification: predicted and simulated properties at the optima, and the gaps of the refinement rounds."""
 
-import numpy as np
 import pandas as pd
 
 from virtual_soil.report.items import Entry, Item
@@ -45,7 +44,9 @@ def verification_table(verification: pd.DataFrame) -> pd.DataFrame:
             "scatter over seeds": [number(v) for v in verification["simulated_sd"]],
             "seeds": verification["n_seeds"],
             "gap": with_errors("gap"),
-            "agrees": np.where(verification["agrees"], "yes", "no"),
+            "prediction": verification["prediction"],
+            "simulated − target": with_errors("difference"),
+            "target met": verification["match"],
         }
     )
 

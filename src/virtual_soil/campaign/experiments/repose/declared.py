@@ -34,6 +34,8 @@ RESPONSES = (
         symbol="A",
         table="repose",
         maximum=90.0,
+        of_consequence=2.0,
+        decisive_error=0.3,
         sweep_form="log",
     ),
 )

@@ -25,6 +25,8 @@ RESPONSES = (
         error_column="cohesion_se_pa",
         signed=True,
         smallest_scale=10.0,  # dry sand has no cohesion, and shear tests cannot resolve a few Pa
+        of_consequence=20.0,  # 2 % and 0.5 % of the largest normal stress of the default study
+        decisive_error=5.0,
     ),
     Response(
         name="friction_angle",
@@ -34,6 +36,8 @@ RESPONSES = (
         table="strength",
         error_column="friction_angle_se_deg",
         maximum=90.0,
+        of_consequence=2.0,
+        decisive_error=0.5,
     ),
 )
 #: Column of the load of a simulation.

@@ -1,0 +1,69 @@
+"""The plane shear test on a small bed of rough grains."""
+
+import copy
+
+import numpy as np
+import pytest
+
+from dem.experiments import plane_shear, specimen
+from dem.experiments.soil import Engine, Soil
+
+SOIL = Soil(
+    radius_m=1e-3, density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7, static_friction=0.5, rolling_friction=0.1,
+    restitution=0.5,
+)  # fmt: skip
+SETUP = plane_shear.Setup(
+    length_ratio=16.0, height_ratio=16.0, width_ratio=10.0, normal_stress_pa=2000.0, preparation_friction_ratio=0.3,
+    scale_radius_m=1e-3, shear_strain=1.5, inertial_number=0.02,
+)  # fmt: skip
+ENGINE = Engine(time_step_rayleigh_ratio=0.3)
+
+
+@pytest.fixture(scope="module")
+def sheared():
+    return plane_shear.run(SOIL, SETUP, ENGINE, 1)
+
+
+def test_the_bed_carries_the_lid_and_resists_the_floor(sheared):
+    history, steady = sheared.history, slice(len(sheared.history["time_s"]) // 2, None)
+    assert history["shear_strain"][-1] == pytest.approx(SETUP.shear_strain, rel=0.01)
+    weight = 0.5 * SETUP.height_m * 0.57 * SOIL.density_kg_m3 * 9.81
+    assert history["plane_normal_stress_pa"][steady].mean() == pytest.approx(SETUP.normal_stress_pa + weight, rel=0.03)
+    ratio = history["shear_stress_pa"][steady].mean() / history["plane_normal_stress_pa"][steady].mean()
+    assert 0.4 < ratio < 1.0  # wider than the scatter of so small a bed
+    assert 0.4 < history["solid_fraction"].min() < history["solid_fraction"].max() < 0.7
+
+
+def test_the_floor_drags_the_soil_along_and_the_lid_holds_it(sheared):
+    profile = sheared.velocity_profile
+    assert profile[0] > 0.8
+    assert abs(profile[-1]) < 0.2
+    assert sheared.localisation >= 1.0
+
+
+def test_the_specimen_dilates(sheared):
+    assert sheared.history["lid_height_m"].max() > sheared.history["lid_height_m"][0]
+
+
+def test_a_run_that_was_interrupted_ends_with_the_same_bytes(sheared):
+    class Stopped(Exception):
+        pass
+
+    states = []
+
+    def keep(state):
+        if state.stage == "shear" and len(state.notes["samples"]) == 50:
+            states.append(copy.deepcopy(state))
+            raise Stopped
+
+    with pytest.raises(Stopped):
+        plane_shear.run(SOIL, SETUP, ENGINE, 1, keep=keep)
+    again = plane_shear.run(SOIL, SETUP, ENGINE, 1, state=states[0])
+    for name, values in sheared.history.items():
+        assert np.array_equal(values, again.history[name]), name
+    assert np.array_equal(sheared.velocity_profile, again.velocity_profile)
+
+
+def test_the_number_of_grains_fills_the_box(sheared):
+    assert sheared.n_particles == specimen.n_grains(SOIL, SETUP)
+    assert len(sheared.after) == sheared.n_particles
