@@ -52,7 +52,7 @@ def test_a_run_that_was_interrupted_ends_with_the_same_bytes(sheared):
     states = []
 
     def keep(state):
-        if state.stage == "shear" and len(state.notes["samples"]) == 50:
+        if state.stage == "strain" and len(state.notes["samples"]) == 50:
             states.append(copy.deepcopy(state))
             raise Stopped
 

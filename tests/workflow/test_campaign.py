@@ -262,8 +262,9 @@ def test_simulated_points_lie_in_their_regions_about_as_often_as_stated(finished
     A right method leaves one point in twenty outside; four fifths of 15 and more are what it gives in 99 of 100 campaigns. How much
     of the design a posterior still fills, by the root of its covariance's determinant over that of a flat one, was on average of
     the three twins 0.37 with a standard deviation of 0.14 over 15 studies of other seeds or last digits. A likelihood that says
-    nothing gave 0.98. Whether the twins themselves are found is not asked: this study sweeps the radius at a single couple of frictions, so
-    nothing tells its surrogates how both act together, and two of its three twins have been seen outside their regions.
+    nothing gave 0.98. Whether the twins themselves are found is not asked: this study sweeps the radius at a single couple of
+    frictions, so nothing tells its surrogates how both act together, and two of its three twins have been seen outside their
+    regions.
     """
     twins = pd.read_parquet(finished / "results" / "smoke" / "twins.parquet")
     assert twins["twin"].unique().tolist() == ["fine", "medium", "coarse"]

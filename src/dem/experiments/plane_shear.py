@@ -133,7 +133,7 @@ def shear(state: State, soil: Soil, setup: Setup) -> None:
     }
     state.note_grains("before", simulation.grains)
     simulation.move_wall("floor", (shear_rate(soil, setup) * top, 0.0, 0.0))
-    state.begin("shear", math.ceil(SAMPLES_PER_STRAIN * setup.shear_strain) * sample_steps(soil, setup, simulation))
+    state.begin("strain", math.ceil(SAMPLES_PER_STRAIN * setup.shear_strain) * sample_steps(soil, setup, simulation))
 
 
 def run(
@@ -171,7 +171,7 @@ def run(
             notes["layers"] = np.asarray(notes["layers"]) + layer_velocities(simulation)
         notes["max_overlap_ratio"] = max(notes["max_overlap_ratio"], simulation.largest_overlap_ratio())
         if each is not None:
-            each(simulation, "shear")
+            each(simulation, "strain")
         if simulation.n_left:
             raise SimulationError(f"{simulation.n_left} grains leaked out of the plane shear cell")
         return False

@@ -25,7 +25,8 @@ def angles(run: dict, grains: pd.DataFrame | None) -> dict:
     if run["status"] == "flat":
         return dict.fromkeys(NOTHING, 0.0)
     shape = measure_heap(grains[["x_m", "y_m", "z_m"]].to_numpy(), grains["radius_m"].to_numpy())
-    return {"status": "flat" if shape.is_flat else run["status"], **{key: getattr(shape, key) for key in NOTHING}}
+    flat = shape.is_flat and run["status"] == "static"  # what still moves may end higher or lower
+    return {"status": "flat" if flat else run["status"], **{key: getattr(shape, key) for key in NOTHING}}
 
 
 def reduce(table: str, runs: pd.DataFrame, settings: dict, by_seed: bool = False) -> pd.DataFrame:
