@@ -18,10 +18,10 @@ from dem import ENDLESS_M, Grains, Rich, Simulation, SimulationError
 from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.specimen import (
     Specimen,
+    consolidate,
     consolidation,
     filled,
     lid_height_m,
-    lid_is_still,
     rectangle,
     roughen,
     solid_fraction,
@@ -160,11 +160,6 @@ def run(
     state = start(soil, setup, engine, seed) if state is None else state
     simulation, speed = state.simulation, shear_speed(soil, setup)
 
-    def consolidating(current):
-        if each is not None:
-            each(simulation, "consolidate")
-        return lid_is_still(current, soil.radius_m)
-
     def sampling(current):
         notes = current.notes
         notes["samples"].append(record(simulation, setup, notes["mid_m"], speed * (simulation.time_s - notes["start_time_s"])))
@@ -176,7 +171,7 @@ def run(
         return False
 
     if state.stage == "consolidate":
-        state.go_on(consolidating, keep)
+        consolidate(state, soil, each, keep)
         shear(state, soil, setup)
     state.go_on(sampling, keep, sample_steps(soil, setup, simulation))
     notes, before, after = state.notes, state.noted_grains("before"), simulation.grains

@@ -17,10 +17,10 @@ from dem import Grains, Rich, Simulation, SimulationError
 from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.specimen import (
     Specimen,
+    consolidate,
     consolidation,
     filled,
     lid_height_m,
-    lid_is_still,
     roughen,
     solid_fraction,
     weight_above_n,
@@ -158,11 +158,6 @@ def run(
     state = start(soil, setup, engine, seed) if state is None else state
     simulation = state.simulation
 
-    def consolidating(current):
-        if each is not None:
-            each(simulation, "consolidate")
-        return lid_is_still(current, soil.radius_m)
-
     def sampling(current):
         notes = current.notes
         displacement = shear_rate(soil, setup) * notes["top_m"] * (simulation.time_s - notes["start_time_s"])
@@ -177,7 +172,7 @@ def run(
         return False
 
     if state.stage == "consolidate":
-        state.go_on(consolidating, keep)
+        consolidate(state, soil, each, keep)
         shear(state, soil, setup)
     state.go_on(sampling, keep, sample_steps(soil, setup, simulation))
     notes, before = state.notes, state.noted_grains("before")

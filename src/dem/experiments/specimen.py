@@ -5,6 +5,7 @@ a real shear box, they hand the full shear force over without slip.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import cast
 
@@ -136,6 +137,19 @@ def consolidation(simulation: Simulation, soil: Soil, specimen: Specimen) -> Sta
         simulation.set_interaction("soil", other, soil.prepared(specimen.preparation_friction_ratio))
     steps = steps_in(CONSOLIDATION_TIMES * inertial_time(soil, specimen), simulation)
     return State(simulation, "consolidate", steps, {"n_particles": simulation.n_grains, "lid_height_m": math.inf})
+
+
+def consolidate(
+    state: State, soil: Soil, each: Callable[[Simulation, str], None] | None, keep: Callable[[State], None] | None
+) -> None:
+    """Run the rest of the consolidation; each, keep : as in the tests' `run`."""
+
+    def look(current: State) -> bool:
+        if each is not None:
+            each(current.simulation, current.stage)
+        return lid_is_still(current, soil.radius_m)
+
+    state.go_on(look, keep)
 
 
 def lid_height_m(simulation: Simulation) -> float:

@@ -61,36 +61,40 @@ def comparison_table(
         point = point_id(point_at(material, values))
         for name, response in responses.items():
             predicted, error = (float(v) for v in models[name].predict_with_error(values))
-            mean, sd, se, n = simulated(response, point, tables[response.table], by_seed[name], scatter[name])
-            target, target_se = float(optimum[f"target_{response.column}"]), target_errors[optimum["soil"], name]
-            gap, gap_se = mean - predicted, float(np.hypot(se, error))
-            difference, difference_se = mean - target, float(np.hypot(se, target_se))
-            decisive = 0.5 * limits["difference_of_consequence"][response.column]
-            rows.append(
-                {
-                    "case": optimum["case"],
-                    "soil": optimum["soil"],
-                    **values,
-                    "response": name,
-                    "unit": response.unit,
-                    "target": target,
-                    "target_se": target_se,
-                    "predicted": predicted,
-                    "predicted_se": error,
-                    "simulated": mean,
-                    "simulated_sd": sd,
-                    "simulated_se": se,
-                    "n_seeds": n,
-                    "gap": gap,
-                    "gap_se": gap_se,
-                    "prediction": answer("prediction", gap, gap_se, gap_se <= decisive),
-                    "difference": difference,
-                    "difference_se": difference_se,
-                    "match": answer("match", difference, difference_se, se <= limits["standard_error"][response.column]),
-                    "n_spoiled": spoiled.get(point, 0),
-                }
-            )
+            found = simulated(response, point, tables[response.table], by_seed[name], scatter[name])
+            target = float(optimum[f"target_{response.column}"]), target_errors[optimum["soil"], name]
+            named = {"case": optimum["case"], "soil": optimum["soil"], **values, "response": name, "unit": response.unit}
+            answers = compared(target, (predicted, error), found, {key: limit[response.column] for key, limit in limits.items()})
+            rows.append({**named, **answers, "n_spoiled": spoiled.get(point, 0)})
     return pd.DataFrame(rows, columns=list(rows[0]) if rows else [])
+
+
+def compared(
+    target: tuple[float, float],
+    prediction: tuple[float, float],
+    found: tuple[float, float, float, int],
+    limits: Mapping[str, float],
+) -> dict:
+    """Target and prediction, each with its standard error, beside the `simulated` of one response, and the two answers."""
+    mean, sd, se, n = found
+    gap, gap_se = mean - prediction[0], float(np.hypot(se, prediction[1]))
+    difference, difference_se = mean - target[0], float(np.hypot(se, target[1]))
+    return {
+        "target": target[0],
+        "target_se": target[1],
+        "predicted": prediction[0],
+        "predicted_se": prediction[1],
+        "simulated": mean,
+        "simulated_sd": sd,
+        "simulated_se": se,
+        "n_seeds": n,
+        "gap": gap,
+        "gap_se": gap_se,
+        "prediction": answer("prediction", gap, gap_se, gap_se <= 0.5 * limits["difference_of_consequence"]),
+        "difference": difference,
+        "difference_se": difference_se,
+        "match": answer("match", difference, difference_se, se <= limits["standard_error"]),
+    }
 
 
 def answer(question: str, difference: float, error: float, decisive: bool) -> str:
