@@ -6,8 +6,10 @@ import pytest
 
 from virtual_soil.calibration.errors import CalibrationError
 from virtual_soil.calibration.models import choose, fit_both, from_json, known_points, to_json
-from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.calibration.noise import student
+from virtual_soil.campaign.experiments.registry import responses_of
 
+RESPONSES = responses_of(("repose", "shear"))
 DESIGN = {
     "variables": ["radius_m", "static_friction", "rolling_friction"],
     "grid": {"static_friction": [0.0, 0.3, 0.9, 1.7], "rolling_friction": [0.0, 0.1, 0.3]},
@@ -100,7 +102,8 @@ def test_a_line_that_is_straight_by_luck_borrows_the_scatter_of_all_lines():
     points = known_points(RESPONSES["cohesion"], {"strength": strength}, DESIGN, MATERIAL)
     pooled = (2 * 0.001**2 + 6 * 0.1**2 + 6 * 0.2**2) / 14
     moderated = [np.sqrt((6 * pooled + n * s**2) / (6 + n)) for n, s in zip((2, 6, 6), scatter, strict=True)]
-    assert points["noise"].tolist() == pytest.approx([50.0 * s for s in moderated])
+    factors = [student(6 + n) / student(n) for n in (2, 6, 6)]  # the stated errors have that of the line alone
+    assert points["noise"].tolist() == pytest.approx([50.0 * s * f for s, f in zip(moderated, factors, strict=True)])
 
 
 def test_without_any_result_one_sentence_says_so():

@@ -10,7 +10,7 @@ import pytest
 from virtual_soil import calibration
 from virtual_soil.calibration.checks import reachability_table
 from virtual_soil.calibration.models import fit_all, from_json, space_of, to_json
-from virtual_soil.calibration.noise import known_scatter
+from virtual_soil.calibration.noise import known_scatter, student
 from virtual_soil.calibration.optimise import calibrate
 from virtual_soil.calibration.points import point_at, point_id
 from virtual_soil.calibration.response import Response
@@ -128,10 +128,11 @@ def test_simulating_the_optimum_is_compared_with_its_prediction(campaign, seeds,
     assert table["n_seeds"].tolist() == [len(seeds)] * 2
     heaps = verification["oven"]["moisture_percent"]
     assert table.loc["moisture", "simulated"] == pytest.approx(heaps.mean())
-    expected = heaps.std() / 2 if moisture_se == "own" else scatter["moisture"] / np.sqrt(2)
+    expected = heaps.std() / 2 * student(3) if moisture_se == "own" else scatter["moisture"] / np.sqrt(2)
     assert table.loc["moisture", "simulated_se"] == pytest.approx(expected)
     if moisture_se == "known":  # the regression's own error, moderated by a scatter that equals it
-        assert table.loc["zeal", "simulated_se"] == pytest.approx(0.5)
+        freedom = line["n_runs"] - 2
+        assert table.loc["zeal", "simulated_se"] == pytest.approx(0.5 * student(6 + freedom) / student(freedom))
     assert table.loc["moisture", "gap"] == pytest.approx(heaps.mean() - optima["moisture_percent"].iloc[0])
 
 

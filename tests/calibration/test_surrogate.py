@@ -8,7 +8,9 @@ from virtual_soil.calibration import paper
 from virtual_soil.calibration.errors import CalibrationError
 from virtual_soil.calibration.paper import published
 from virtual_soil.calibration.surrogate import fit_surrogate
-from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.campaign.experiments.registry import responses_of
+
+RESPONSES = responses_of(("repose", "shear"))
 
 DESIGN = {
     "variables": ["radius_m", "static_friction", "rolling_friction"],

@@ -8,7 +8,9 @@ from virtual_soil.calibration.checks import FidelityCheck, acceleration_table
 from virtual_soil.calibration.errors import CalibrationError
 from virtual_soil.calibration.response import Response
 from virtual_soil.calibration.screening import screening_table
-from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.campaign.experiments.registry import responses_of
+
+RESPONSES = responses_of(("repose", "shear"))
 
 ANGLE = RESPONSES["angle_of_repose"]
 MATERIAL = {"static_friction": 0.3, "density_kg_m3": 3000.0}

@@ -17,7 +17,9 @@ from virtual_soil.calibration.uncertainty import (
     probabilities,
     sample,
 )
-from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.campaign.experiments.registry import responses_of
+
+RESPONSES = responses_of(("repose", "shear"))
 
 VARIABLES = ("radius_m", "static_friction", "rolling_friction")
 SPACE = Space(VARIABLES, dict.fromkeys(VARIABLES, (0.0, 1.0)))

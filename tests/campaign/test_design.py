@@ -109,7 +109,11 @@ def test_further_points_are_rounded_so_that_the_same_point_is_the_same_simulatio
         ("design.grid.rolling_friction", [0.0, 0.1], "design.grid.rolling_friction is .*; allowed: at least three values"),
         ("design.sweep.radius_m", [5e-5], "design values of radius_m is .*; allowed: at least two"),
         ("design.sweep.radius_m", [5e-5, 1e-4], "design.sweep.radius_m is .*; allowed: at least three values"),
-        ("twins", {"moon": {"radius_m": 5e-5, "repose_seeds": [1], "shear_seeds": [1]}}, "twins.moon is .*; allowed: .* and seeds"),
+        (
+            "twins",
+            {"moon": {"radius_m": 5e-5, "repose_seeds": [1], "shear_seeds": [1]}},
+            "twins.moon is .*; allowed: .* and .*_seeds",
+        ),
         ("twins.moon", {**TWIN, "static_friction": 2.0}, "twins.moon.static_friction is 2.0; allowed: within the design, 0 to 1.7"),
         (
             "verify.shear_seeds",

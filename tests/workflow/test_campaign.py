@@ -340,8 +340,8 @@ def test_a_hundred_thousand_simulations_are_planned_within_a_minute_and_a_gigaby
         ),
         (
             "optimise.cases",
-            [{"case": "a", "soil": "medium", "weights": {**dict.fromkeys(TERMS, 1), "cohesion": 0}}],
-            "optimise.cases.0.weights.cohesion: 0 is less than",
+            [{"case": "a", "soil": "medium", "weights": {**dict.fromkeys(TERMS, 1), "cohesion": -1}}],
+            "optimise.cases.0.weights.cohesion: -1 is less than",
         ),
         (
             "optimise.cases",
@@ -350,6 +350,12 @@ def test_a_hundred_thousand_simulations_are_planned_within_a_minute_and_a_gigaby
         ),
         ("study", "verification", "study: verification is the folder of other results"),
         ("surrogate", {name: {"model": "quadratic"} for name in RESPONSES}, "refine.rounds is 1; allowed: 0 when"),
+        (
+            "optimise.cases",
+            [{"case": "a", "soil": "medium", "weights": {"large_grains": 1}}],
+            "weights of a is {'large_grains': 1}; allowed: some of {angle_of_repose: ",
+        ),
+        ("experiments", ["shear"], "allowed: some of {cohesion: 0.333, friction_angle: 0.333, large_grains: 0.333}"),
         ("screening.base_seeds", [1], "screening.base_seeds: [1] is too short"),
     ],
 )

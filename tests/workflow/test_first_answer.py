@@ -8,11 +8,13 @@ import pandas as pd
 import pytest
 from campaign import ENVIRONMENT, ROOT, counted
 
+from virtual_soil.calibration.errors import CalibrationError
 from virtual_soil.calibration.first_answer import cases_of
-from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.campaign.experiments.registry import responses_of
 from virtual_soil.campaign.tables import read_provenance, read_table
 
 REFERENCE = ROOT / "docs" / "reference"
+RESPONSES = responses_of(("repose", "shear"))
 VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
 
 
@@ -28,9 +30,9 @@ def snakemake(folder: Path, *arguments: str) -> str:
 
 @pytest.fixture(scope="module")
 def answered(tmp_path_factory):
-    """Folder and printed text of the first answers for all soils of the default study."""
+    """Folder and printed text of the first answers for all soils, with the settings of the reference campaign."""
     folder = tmp_path_factory.mktemp("first_answer")
-    return folder, snakemake(folder, "-c2", "first_answer")
+    return folder, snakemake(folder, "-c2", "first_answer", "--configfile", "config/paper.yaml")
 
 
 @pytest.mark.slow
@@ -109,7 +111,14 @@ def test_make_shows_why_it_cannot_answer():
 
 
 def test_a_soil_without_a_case_has_equal_weights():
-    cases = [{"case": "a", "soil": "sand", "weights": {"angle_of_repose": 1, "cohesion": 2}}]
-    assert cases_of("sand", cases, RESPONSES) == cases
+    weights = {"angle_of_repose": 1, "cohesion": 2, "friction_angle": 0, "large_grains": 0}
+    cases = [{"case": "a", "soil": "sand", "weights": weights}]
+    sand = pd.DataFrame({"soil": "sand", "property": list(RESPONSES)})
+    assert cases_of(sand, cases, RESPONSES) == cases
+    clay = sand.assign(soil="clay")
     weights = {"angle_of_repose": 0.25, "cohesion": 0.25, "friction_angle": 0.25, "large_grains": 0.25}
-    assert cases_of("clay", cases, RESPONSES) == [{"case": "clay", "soil": "clay", "weights": weights}]
+    assert cases_of(clay, cases, RESPONSES) == [{"case": "clay", "soil": "clay", "weights": weights}]
+    one = cases_of(clay[clay["property"] == "cohesion"], cases, RESPONSES)
+    assert one == [{"case": "clay", "soil": "clay", "weights": {"cohesion": 0.5, "large_grains": 0.5}}]
+    with pytest.raises(CalibrationError, match="targets of clay is .* allowed: at least one of cohesion"):
+        cases_of(clay.assign(property="colour"), cases, RESPONSES)

@@ -12,6 +12,7 @@ from virtual_soil.campaign.experiments.registry import (
     EXPERIMENTS,
     REDUCED,
     RESPONSES,
+    chosen,
 )
 from virtual_soil.campaign.provenance import versions
 from virtual_soil.campaign.sections import LIMITS, Study
@@ -73,8 +74,8 @@ LATER_STAGES = later_stages(ROUNDS)
 CODE = Code(Path(workflow.basedir))
 ENGINE = CODE.of_package("src/dem", without="src/dem/measure")
 
-# Names of the experiments.
-TESTS = [experiment.NAME for experiment in reversed(EXPERIMENTS)]
+# Names of the study's experiments.
+TESTS = [experiment.NAME for experiment in reversed(chosen(config["experiments"]))]
 # Modules that read laboratory files.
 LABORATORY = [
     module_of(experiment.NAME, "laboratory")
@@ -85,7 +86,15 @@ LABORATORY = [
 SIMULATED = [module_of(name, "simulate") for name in TESTS]
 DESCRIBED = [f"virtual_soil.report.experiments.{name}" for name in TESTS]
 # Names of all tables of responses.
-MEASURED = list(dict.fromkeys([*TESTS, *REDUCED]))
+MEASURED = [*TESTS, *(name for name, test in REDUCED.items() if test.NAME in TESTS)]
+# Sections that say how the simulations of a later stage are made.
+SIMULATED_BY = ("experiments", "material", "design", *TESTS, "engine")
+# Least scales of the responses' errors.
+FLOORS = {
+    name: floor
+    for experiment in chosen(config["experiments"])
+    for name, floor in experiment.floors(config).items()
+}
 
 # The code fingerprint does not cover the templates and the card's schema, so they are input files.
 CASES = [case["case"] for case in config["optimise"]["cases"]]

@@ -2,6 +2,12 @@
 # all soils of the study.
 
 REFERENCE = "docs/reference"
+# Tables of the responses that the reference campaign measured.
+IN_REFERENCE = [
+    path
+    for path in sorted(map(str, Path(REFERENCE).glob("*.parquet")))
+    if Path(path).stem in (*BY_NAME, *REDUCED)
+]
 
 
 rule estimate_from_reference:
@@ -9,7 +15,7 @@ rule estimate_from_reference:
         surrogates=f"{REFERENCE}/surrogates.json",
         calibration=f"{REFERENCE}/calibration.parquet",
         verification=f"{REFERENCE}/verification.parquet",
-        tables=[f"{REFERENCE}/{name}.parquet" for name in MEASURED],
+        tables=IN_REFERENCE,
         soil=lambda wildcards: FIRST_ANSWERS[wildcards.soil],
         raw=lambda wildcards: raw_files([FIRST_ANSWERS[wildcards.soil]]),
     output:
@@ -20,6 +26,7 @@ rule estimate_from_reference:
     params:
         optimise=config["optimise"],
         uncertainty=config["uncertainty"],
+        floors=FLOORS,
         code=CODE.of_script("estimate_from_reference", *LABORATORY),
     message:
         "Calibrate {wildcards.soil} on the reference tables, without simulations."

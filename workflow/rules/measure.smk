@@ -15,6 +15,7 @@ rule measure_soils:
     log:
         f"{LOGS}/measure_soils.log",
     params:
+        experiments=config["experiments"],
         soils=config["soils"],
         twins=config["twins"],
         design=config["design"],

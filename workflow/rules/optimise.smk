@@ -11,6 +11,7 @@ rule reachability:
     log:
         f"{LOGS}/reachability.log",
     params:
+        experiments=config["experiments"],
         design=config["design"],
         uncertainty=config["uncertainty"],
         code=CODE.of_script("reachability"),
@@ -32,8 +33,11 @@ rule calibrate:
     log:
         f"{LOGS}/rounds/{{round}}/calibrate.log",
     params:
+        experiments=config["experiments"],
         optimise=config["optimise"],
         design=config["design"],
+        uncertainty=config["uncertainty"],
+        floors=FLOORS,
         code=CODE.of_script("calibrate"),
     message:
         "Optimise the design variables of every case; round {wildcards.round}."
@@ -52,6 +56,7 @@ rule calibrate_as_published:
     log:
         f"{LOGS}/calibrate_as_published.log",
     params:
+        experiments=config["experiments"],
         optimise=config["optimise"],
         design=config["design"],
         code=CODE.of_script("calibrate_as_published"),

@@ -14,7 +14,7 @@ checkpoint refinement_design:
     log:
         f"{LOGS}/rounds/{{round}}/refinement_design.log",
     params:
-        study={key: config[key] for key in ("material", "design", *TESTS, "engine")},
+        study={key: config[key] for key in SIMULATED_BY},
         optimise=config["optimise"],
         uncertainty=config["uncertainty"],
         refine={
@@ -39,6 +39,7 @@ rule compare_round:
     log:
         f"{LOGS}/rounds/{{round}}/compare_round.log",
     params:
+        experiments=config["experiments"],
         material=config["material"],
         uncertainty=config["uncertainty"],
         verify={name: config["verify"][name] for name in LIMITS},

@@ -16,8 +16,8 @@ REPORTED = [
 ]
 
 
-# Design row and settings of the simulation whose lift is recorded.
-LIFT = base_settings(recorded.NAME)
+# Design row and settings of the simulation whose lift is recorded, if the study has heaps.
+LIFT = base_settings(recorded.NAME) if recorded.NAME in TESTS else ({}, {})
 
 
 rule record_lift:
@@ -52,7 +52,7 @@ rule report:
         before=simulated_in_all("before.parquet"),
         after=simulated_in_all("after.parquet"),
         histories=simulated_in_all("history.parquet"),
-        lift=f"{RESULTS}/lift.parquet",
+        lift=[f"{RESULTS}/lift.parquet"] if recorded.NAME in TESTS else [],
         residuals=f"{LAST}/residuals.parquet",
         surrogates=f"{LAST}/surrogates.json",
         rounds=[

@@ -10,11 +10,12 @@ rule fit_surrogates:
     log:
         f"{LOGS}/rounds/{{round}}/fit_surrogates.log",
     params:
+        experiments=config["experiments"],
         design=config["design"],
         material=config["material"],
         surrogate=config["surrogate"],
         code=CODE.of_script("fit_surrogates"),
     message:
-        "Fit the surrogates of cohesion, friction angle and angle of repose (Equation 3); round {wildcards.round}."
+        "Fit the surrogates of all responses (Equation 3); round {wildcards.round}."
     script:
         "../scripts/fit_surrogates.py"

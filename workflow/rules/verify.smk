@@ -13,6 +13,7 @@ rule uncertainty:
     log:
         f"{LOGS}/uncertainty.log",
     params:
+        experiments=config["experiments"],
         optimise=config["optimise"],
         design=config["design"],
         uncertainty=config["uncertainty"],
@@ -47,6 +48,7 @@ rule check_coverage:
     log:
         f"{LOGS}/check_coverage.log",
     params:
+        experiments=config["experiments"],
         design=config["design"],
         code=CODE.of_script("check_coverage"),
     message:
@@ -67,6 +69,7 @@ rule twins:
         f"{LOGS}/twins.log",
     params:
         twins=config["twins"],
+        experiments=config["experiments"],
         optimise=config["optimise"],
         design=config["design"],
         uncertainty=config["uncertainty"],
@@ -85,7 +88,7 @@ checkpoint verification_design:
     log:
         f"{LOGS}/verification_design.log",
     params:
-        study={key: config[key] for key in ("material", "design", *TESTS, "engine")},
+        study={key: config[key] for key in SIMULATED_BY},
         verify={
             key: config["verify"][key] for key in config["verify"] if key not in LIMITS
         },
@@ -108,6 +111,7 @@ rule verify:
     log:
         f"{LOGS}/verify.log",
     params:
+        experiments=config["experiments"],
         material=config["material"],
         uncertainty=config["uncertainty"],
         verify={name: config["verify"][name] for name in LIMITS},
@@ -139,6 +143,7 @@ rule conclude:
     log:
         f"{LOGS}/conclude.log",
     params:
+        experiments=config["experiments"],
         optimise=config["optimise"],
         design=config["design"],
         uncertainty=config["uncertainty"],

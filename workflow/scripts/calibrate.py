@@ -2,8 +2,8 @@
 
 from _log import log_to
 from virtual_soil.calibration.optimise import calibrate
-from virtual_soil.campaign.experiments.registry import RESPONSES
-from virtual_soil.campaign.inference import read_models
+from virtual_soil.campaign.experiments.registry import responses_of
+from virtual_soil.campaign.inference import read_models, scale_of
 from virtual_soil.campaign.tables import read_table, write_table
 
 if __name__ == "__main__":
@@ -12,7 +12,10 @@ if __name__ == "__main__":
         print(f"{row['response']} of {row['soil']} is out of reach: {row['target']:g}; nearest is {row['nearest_reachable']:.4g}.")
     soils = read_table(snakemake.input.soils, "soil")
     models = read_models(snakemake.input.surrogates)
-    results = calibrate(RESPONSES, models, soils, snakemake.params.optimise, snakemake.params.design["variables"], "ours")
-    provenance = {"rule": snakemake.rule, **dict(snakemake.params.items())}
+    params = snakemake.params
+    scale = scale_of(params.optimise["errors"], params.uncertainty["target_uncertainty_ratio"], params.floors)
+    variables = params.design["variables"]
+    results = calibrate(responses_of(params.experiments), models, soils, params.optimise, variables, "ours", scale)
+    provenance = {"rule": snakemake.rule, **dict(params.items())}
     for table, name in zip(results, ("optima", "iterations", "minima"), strict=True):
         write_table(table, snakemake.output["calibration" if name == "optima" else name], name, provenance)

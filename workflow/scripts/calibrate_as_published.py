@@ -6,7 +6,7 @@ from _log import log_to
 from virtual_soil.calibration import paper
 from virtual_soil.calibration.optimise import calibrate, cases_about
 from virtual_soil.calibration.paper import published
-from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.campaign.experiments.registry import responses_of
 from virtual_soil.campaign.inference import read_models
 from virtual_soil.campaign.tables import read_table, write_table
 
@@ -15,10 +15,11 @@ if __name__ == "__main__":
     soils = read_table(snakemake.input.soils, "soil")
     polynomials = read_models(snakemake.input.surrogates, "quadratic")
     options = {**snakemake.params.optimise, "unreachable": "as_given"}
-    printed = {name: RESPONSES[name] for name in paper.RESPONSES}
+    responses = responses_of(snakemake.params.experiments)
+    printed = {name: response for name, response in responses.items() if name in paper.RESPONSES}
     its_options = {**options, "cases": cases_about(printed, options["cases"])}
     results = [
-        calibrate(RESPONSES, polynomials, soils, options, snakemake.params.design["variables"], "polynomial"),
+        calibrate(responses, polynomials, soils, options, snakemake.params.design["variables"], "polynomial"),
         calibrate(printed, published(), soils, its_options, paper.VARIABLES, "published"),
     ]
     provenance = {"rule": snakemake.rule, **dict(snakemake.params.items())}

@@ -6,7 +6,7 @@ from _log import log_to
 from virtual_soil.calibration.first_answer import cases_of, first_answer, first_answer_text
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.campaign.files import write_text
-from virtual_soil.campaign.inference import read_models, read_tables
+from virtual_soil.campaign.inference import read_models, read_tables, scale_of
 from virtual_soil.campaign.soils import measure_soil
 from virtual_soil.campaign.tables import read_provenance, write_table
 
@@ -16,12 +16,14 @@ def main(files, params, output, provenance):
     design, material = read_provenance(files.calibration)["design"], read_provenance(files.verification)["material"]
     tables = read_tables(files.tables)
     soils = measure_soil(files.soil)
-    cases = cases_of(soils["soil"].iloc[0], params.optimise["cases"], RESPONSES)
-    settings = {"design": design, "cases": cases, "optimise": params.optimise, "uncertainty": params.uncertainty}
     models, processes = (read_models(files.surrogates, kind) for kind in ("chosen", "gaussian_process"))
-    table, reach = first_answer(RESPONSES, models, processes, tables, soils, settings)
+    responses = {name: RESPONSES[name] for name in models}
+    cases = cases_of(soils, params.optimise["cases"], responses)
+    scale = scale_of(params.optimise["errors"], params.uncertainty["target_uncertainty_ratio"], params.floors)
+    settings = {"design": design, "cases": cases, "optimise": params.optimise, "uncertainty": params.uncertainty, "scale": scale}
+    table, reach = first_answer(responses, models, processes, tables, soils, settings)
     write_table(table, output.table, "first_answer", {**provenance, "design": design, "material": material})
-    write_text(output.text, first_answer_text(RESPONSES, table, reach, soils, design, material))
+    write_text(output.text, first_answer_text(responses, table, reach, soils, design, material))
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from _log import log_to
 from virtual_soil import exports
-from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.campaign.experiments.registry import responses_of
 from virtual_soil.campaign.files import write_text
 from virtual_soil.campaign.tables import read_table
 
@@ -14,7 +14,7 @@ def main(case, files, params, folder):
     calibration, verification = read_table(files.calibration, "calibration"), read_table(files.verification, "verification")
     (optimum,) = calibration[(calibration["case"] == case) & (calibration["surrogate"] == "ours")].to_dict("records")
     simulated = verification[verification["case"] == case].to_dict("records")
-    responses = {response.column: response.unit for response in RESPONSES.values()}
+    responses = {response.column: response.unit for response in responses_of(params.config["experiments"]).values()}
     card = exports.material_card(optimum, simulated, params.config, params.provenance, responses)
     folder = Path(folder)
     write_text(folder / "material.json", json.dumps(card, indent=2) + "\n")

@@ -11,7 +11,9 @@ from virtual_soil.campaign.tables import read_table, write_table
 
 def main(files, params, round_number, output):
     study, refine = params.study, params.refine
-    shared = SimpleNamespace(design=study["design"], uncertainty=params.uncertainty, optimise=params.optimise)
+    shared = SimpleNamespace(
+        experiments=study["experiments"], design=study["design"], uncertainty=params.uncertainty, optimise=params.optimise
+    )
     likelihoods = likelihoods_of(files, shared)
     done = set()
     if files.comparison:

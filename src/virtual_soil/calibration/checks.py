@@ -5,10 +5,9 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from virtual_soil.calibration.noise import NOISE_LIMIT, pooled_scatter
+from virtual_soil.calibration.noise import NOISE_LIMIT, pooled_scatter, target_uncertainty
 from virtual_soil.calibration.response import Responses
 from virtual_soil.calibration.space import REACH, Space
-from virtual_soil.calibration.uncertainty import target_uncertainty
 
 ACCELERATION = [
     "experiment",
@@ -97,11 +96,11 @@ def reachability_table(responses: Responses, models: dict, space: Space, tables:
     A target is reachable if it lies between the surrogate's lowest and highest value, or beyond them by no more than two of its own
     standard uncertainties (`ratio` of its value where the soil states none). `grows_with` is the direction in which to extend the
     design for an unreachable target: the variables whose increase (+) or decrease (-) brings the response nearer to it, strongest
-    first.
+    first. Targets of other responses than these are left out.
     """
     unit = space.everywhere(REACH)
     rows = []
-    for _, target in soils.iterrows():
+    for _, target in soils[soils["property"].isin(responses)].iterrows():
         name = target["property"]
         mean = models[name].predict(space.values(unit))
         source = tables[responses[name].table]

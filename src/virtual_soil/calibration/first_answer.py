@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 
 from virtual_soil.calibration.checks import reachability_table
+from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.models import space_of
-from virtual_soil.calibration.optimise import calibrate, terms
+from virtual_soil.calibration.optimise import calibrate, cases_about, terms
 from virtual_soil.calibration.response import Responses
 from virtual_soil.calibration.uncertainty import likelihood_of, posterior_table, sample
 from virtual_soil.calibration.verify import QUESTIONS, conclusion
@@ -17,11 +18,17 @@ from virtual_soil.calibration.verify import QUESTIONS, conclusion
 BASIS = "surrogates of the reference tables; to be confirmed by a campaign at one's own settings"
 
 
-def cases_of(soil: str, cases: list[dict], responses: Responses) -> list[dict]:
-    """A study's cases of a soil; if it has none, one with equal weights and the soil's name."""
-    names = terms(responses)
+def cases_of(soils: pd.DataFrame, cases: list[dict], responses: Responses) -> list[dict]:
+    """A study's cases of a soil; if it has none, one with equal weights and the soil's name.
+
+    soils : the soil table of one soil. Raises CalibrationError if it has a target for none of the responses.
+    """
+    soil, targets = soils["soil"].iloc[0], set(soils["property"])
+    known = {name: response for name, response in responses.items() if name in targets}
+    demand(bool(known), f"targets of {soil}", sorted(targets), f"at least one of {', '.join(responses)}")
+    names = terms(known)
     equal = {"case": soil, "soil": soil, "weights": dict.fromkeys(names, 1.0 / len(names))}
-    return [case for case in cases if case["soil"] == soil] or [equal]
+    return cases_about(known, [case for case in cases if case["soil"] == soil]) or [equal]
 
 
 def first_answer(responses: Responses, models: dict, processes: dict, tables: dict, soils: pd.DataFrame, settings: dict):
@@ -31,7 +38,8 @@ def first_answer(responses: Responses, models: dict, processes: dict, tables: di
     ----------
     models, processes : by response, that campaign's chosen surrogates and Gaussian processes (see `calibration.from_json`).
     tables : its tables of the responses, by name. soils : the soil table of one soil.
-    settings : the campaign's "design"; the "cases" to solve, "optimise" and "uncertainty" of the study.
+    settings : the campaign's "design"; the "cases" to solve, "optimise" and "uncertainty" of the study, and the "scale" of its
+    objectives (see `calibrate`).
 
     Returns
     -------
@@ -41,7 +49,8 @@ def first_answer(responses: Responses, models: dict, processes: dict, tables: di
     design, ratio = settings["design"], settings["uncertainty"]["target_uncertainty_ratio"]
     space, variables = space_of(design), design["variables"]
     reach = reachability_table(responses, models, space, tables, soils, ratio)
-    optima, _, _ = calibrate(responses, models, soils, {**settings["optimise"], "cases": settings["cases"]}, variables, "ours")
+    options = {**settings["optimise"], "cases": settings["cases"]}
+    optima, _, _ = calibrate(responses, models, soils, options, variables, "ours", settings["scale"])
     likelihoods = {case["case"]: likelihood_of(case, responses, models, soils, space, ratio) for case in settings["cases"]}
     n_samples = settings["uncertainty"]["n_samples"]
     samples = [
@@ -82,7 +91,9 @@ def first_answer_text(
         lines.append(f"{'predicted there, 95 % interval, wanted':>45}")
         for column in (response.column for response in responses.values()):
             interval = f"{row[f'{column}_low_95']:.3g} to {row[f'{column}_high_95']:.3g}"
-            lines.append(f"  {column:<22}{row[column]:>10.4g}   {interval:<18} {row[f'target_{column}']:.4g}")
+            wanted = row[f"target_{column}"]
+            asked = f"{wanted:.4g}" if np.isfinite(wanted) else "-"
+            lines.append(f"  {column:<22}{row[column]:>10.4g}   {interval:<18} {asked}")
         for what, said in (("missed by more than two standard deviations", "missed"), ("extrapolated", "extrapolated")):
             if row[said]:
                 lines.append(f"  {what}: {row[said].replace(',', ', ')}")

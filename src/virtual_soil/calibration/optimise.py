@@ -1,10 +1,11 @@
 """Step 4: the grain parameters whose virtual soil comes nearest to a real one.
 
 Objectives (Equation 4), x: the variables in optimiser units, radii in um:
-    phi_j = (y_j(x) - t_j) / max(t_j, smallest_scale_j)   of every response, t_j its target
-    phi_large_grains, see `calibration.paper.objective`    if the radius is among the variables
+    phi_j = (y_j(x) - t_j) / s_j                           of every response with a weight, t_j its target
+    phi_large_grains, see `calibration.paper.objective`    if it has a weight and the radius is among the variables
 The cost is half the sum of their squares, each with its weight; terms are in the order of their names. The paper writes absolute
-values; the sign drops out of the cost and of the Gauss-Newton step.
+values; the sign drops out of the cost and of the Gauss-Newton step. The scale s_j is the target itself, as in the paper, or the
+combined standard uncertainty of target and surrogate, see `relative_scale` and `combined_scale`.
 
 Two optimisers run from the same low-discrepancy starts: the paper's Gauss-Newton, and bounded, scaled, damped least squares, which
 cannot run away. A global check (the cheapest of very many points, refined) looks for minima that were missed. All distinct minima
@@ -22,6 +23,7 @@ from scipy.stats import qmc
 
 from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.gauss_newton import Descent, gauss_newton, jacobian
+from virtual_soil.calibration.noise import target_uncertainty
 from virtual_soil.calibration.paper.objective import large_grains
 from virtual_soil.calibration.response import Response, Responses
 from virtual_soil.calibration.space import REACH, SOBOL_SEED, Space
@@ -54,42 +56,48 @@ def terms(responses: Responses) -> list[str]:
 
 
 def weights_of(case: dict, responses: Responses) -> dict[str, float]:
-    """Weights of a case by objective, in the order of `terms`.
+    """Weights of a case by objective, in the order of `terms`; 0 for an objective that the case leaves out.
 
-    Raises CalibrationError unless all objectives, and no others, have a positive number.
+    Raises CalibrationError unless each is named like an objective, none is below zero, and at least one response has one above.
     """
     given, names = case["weights"], terms(responses)
-    named = isinstance(given, Mapping) and set(given) == set(names)
+    named = isinstance(given, Mapping) and set(given) <= set(names) and all(weight >= 0 for weight in given.values())
     form = ", ".join(f"{name}: {1 / len(names):.3g}" for name in names)
     demand(
-        named and all(given[name] > 0 for name in names),
+        named and any(given.get(name, 0) > 0 for name in responses),
         f"optimise.cases: weights of {case['case']}",
         dict(given) if isinstance(given, Mapping) else given,
-        f"named weights above zero, {{{form}}}",
+        f"some of {{{form}}}, none below zero, and at least one response above",
     )
-    return {name: float(given[name]) for name in names}
+    return {name: float(given.get(name, 0)) for name in names}
+
+
+def weighted(case: dict, responses: Responses) -> Responses:
+    """The responses whose targets a case is to meet: those with a weight."""
+    weights = weights_of(case, responses)
+    return {name: response for name, response in responses.items() if weights[name]}
 
 
 def cases_about(responses: Responses, cases: list[dict]) -> list[dict]:
-    """The cases with the weights of these responses only, for surrogates that know no others."""
+    """The cases with the weights of these responses only, for surrogates that know no others; cases without any are left out."""
     names = terms(responses)
-    return [{**case, "weights": {name: case["weights"][name] for name in names}} for case in cases]
+    fewer = [{**case, "weights": {name: case["weights"].get(name, 0) for name in names}} for case in cases]
+    return [case for case in fewer if any(case["weights"][name] for name in responses)]
+
+
+def present(weights: Mapping[str, float], variables) -> list[str]:
+    """The objectives of a case, in the order of `terms`; without a radius among the variables none prefers large grains."""
+    return [name for name, weight in weights.items() if weight and (name != LARGE_GRAINS or RADIUS in variables)]
 
 
 def objectives(
-    responses: Responses,
-    surrogates: dict[str, Surrogate],
-    targets: dict[str, float],
-    variables,
-    aims: dict[str, float] | None = None,
-):
-    """The function x -> phi, in the order of `terms`; without a radius among the variables there is no large-grain objective.
+    names: list[str], surrogates: dict[str, Surrogate], scales: dict[str, float], variables, aims: dict[str, float]
+) -> Callable:
+    """The function x -> phi of the objectives `names`: x (n,) gives (k,), or x (n, m) gives (k, m).
 
-    x (n,) gives (k,), or x (n, m) gives (k, m). aims: values to come to in place of the targets, which the errors stay relative to.
+    aims, scales : by response, the value to come to, and what its error is relative to.
     """
     units = unit_of(variables)
-    aims = targets if aims is None else aims
-    names = [name for name in terms(responses) if name != LARGE_GRAINS or RADIUS in variables]
 
     def phi(x):
         values = dict(zip(variables, (np.asarray(x, float).T * units).T, strict=True))
@@ -99,15 +107,33 @@ def objectives(
                 result.append(large_grains(x[list(variables).index(RADIUS)]))
                 continue
             with np.errstate(all="ignore"):
-                result.append((surrogates[name].predict(values) - aims[name]) / scale_of(responses[name], targets[name]))
+                result.append((surrogates[name].predict(values) - aims[name]) / scales[name])
         return np.array(result)
 
     return phi
 
 
-def scale_of(response: Response, target: float) -> float:
-    """Scale of a response's relative error: its target, as in the paper, but at least the response's smallest scale."""
-    return max(target, response.smallest_scale)
+def relative_scale(response: Response, target: pd.Series, surrogate) -> float:
+    """Scale of a relative error: the target, as in the paper, but at least the response's smallest scale.
+
+    target : row of the soil table. surrogate : unused, see `combined_scale`.
+    """
+    return max(float(target["value"]), response.smallest_scale)
+
+
+def combined_scale(ratio: float, floors: Mapping[str, float]) -> Callable:
+    """Scale of an error in units of what is known: combined standard uncertainty of target and surrogate.
+
+    The surrogate's is its error at left-out points, which includes the scatter of the tests. It is one number for the whole design:
+    with the error at x the search would end where the surrogate is worst. ratio : relative uncertainty of a target that states
+    none. floors : response -> least scale, below which its test resolves nothing.
+    """
+
+    def scale(response: Response, target: pd.Series, surrogate) -> float:
+        known = float(np.hypot(target_uncertainty(target, ratio), surrogate.cv_rmse))
+        return max(known, floors.get(response.name, 0.0))
+
+    return scale
 
 
 def starts(low: np.ndarray, high: np.ndarray, n: int) -> np.ndarray:
@@ -201,27 +227,28 @@ def distinct(candidates, extent: np.ndarray, cost_at: Callable) -> list[tuple[fl
     return [(cost, x, tuple(finders)) for cost, x, finders in found]
 
 
-def calibrate_case(responses: Responses, surrogates, targets, weights: dict[str, float], options, variables):
+def calibrate_case(surrogates, targets, scales, weights: dict[str, float], options, variables):
     """Optimise one case.
 
     Parameters
     ----------
-    targets : response -> value in its unit. weights : of every objective, see `weights_of`.
+    targets : response -> value in its unit, of all responses with a weight. scales : response -> what its error is relative to.
+    weights : of every objective, see `weights_of`.
     options : tolerance, max_iterations, n_starts, unreachable ("as_given", or "nearest": aim at the nearest value within reach).
 
     Returns
     -------
     (result row as a dict, the Gauss-Newton descent that leads to it or that began nearest to it, the whole Search)
     """
-    present = [name for name in terms(responses) if name != LARGE_GRAINS or RADIUS in variables]
-    diagonal = np.array([weights[name] for name in present])
+    names = present(weights, variables)
+    diagonal = np.array([weights[name] for name in names])
     units = unit_of(variables)
     bounds = np.array([next(iter(surrogates.values())).ranges[name] for name in variables]).T / units
     low, high = bounds
     aims = (
         targets if options["unreachable"] == "as_given" else within_reach(surrogates, targets, low * units, high * units, variables)
     )
-    found = search(objectives(responses, surrogates, targets, variables, aims), diagonal, bounds, variables, options)
+    found = search(objectives(names, surrogates, scales, variables, aims), diagonal, bounds, variables, options)
     optimum = found.minima[0]
     inside = [d for d in found.descents if d.converged and np.abs((d.x - optimum.x) / (high - low)).max() <= SAME]
     shown = min(inside, key=lambda d: d.iterations) if inside else nearest(found.descents, found.guesses, optimum.x, high - low)
@@ -264,20 +291,26 @@ def nearest(descents: list[Descent], guesses, best, extent) -> Descent:
     return descents[int(np.argmin((((guesses - best) / extent) ** 2).sum(axis=1)))]
 
 
-def targets_of(responses: Responses, soils: pd.DataFrame, soil: str) -> dict[str, float]:
-    """Target of each response for one soil of the soil table; only that of a signed response may be zero or below."""
-    rows = soils[soils["soil"] == soil].set_index("property")["value"]
+def targets_of(responses: Responses, soils: pd.DataFrame, case: dict) -> dict[str, float]:
+    """Target of each response that a case's soil has in the soil table; only that of a signed response may be zero or below.
+
+    Raises CalibrationError for an unknown soil, an impossible target, and a weight without a target.
+    """
+    soil, wanted = case["soil"], weighted(case, responses)
+    rows = soils[soils["soil"] == soil].set_index("property")["value"].to_dict()
     demand(len(rows) > 0, "soil of a case", soil, f"one of {sorted(soils['soil'].unique())}")
-    demand(set(responses) <= set(rows.index), f"targets of {soil}", sorted(rows.index), f"all responses: {sorted(responses)}")
+    demand(set(wanted) <= set(rows), f"targets of {soil}", sorted(rows), f"all responses with a weight: {sorted(wanted)}")
     for name, response in responses.items():
-        demand(rows[name] > 0 or response.signed, f"target {name} of {soil}", rows[name], "above zero")
-    return {name: rows.to_dict()[name] for name in responses}
+        demand(rows.get(name, 1.0) > 0 or response.signed, f"target {name} of {soil}", rows.get(name), "above zero")
+    return {name: rows[name] for name in responses if name in rows}
 
 
 def calibrate(
-    responses: Responses, surrogates, soils: pd.DataFrame, options: dict, variables, source: str
+    responses: Responses, surrogates, soils: pd.DataFrame, options: dict, variables, source: str, scale: Callable = relative_scale
 ) -> tuple[pd.DataFrame, ...]:
     """Optimise every case of options["cases"] on one set of surrogates; `source` ("ours", "published") labels the rows.
+
+    scale(response, row of the soil table, surrogate) : what a response's error is relative to.
 
     Returns (one row per case with optimum, predictions, targets and status; history of the Gauss-Newton run of each; one row per
     distinct minimum of each).
@@ -285,11 +318,14 @@ def calibrate(
     rows, history, minima = [], [], []
     units = unit_of(variables)
     for case in options["cases"]:
-        targets, weights = targets_of(responses, soils, case["soil"]), weights_of(case, responses)
-        row, descent, found = calibrate_case(responses, surrogates, targets, weights, options, variables)
+        targets, weights = targets_of(responses, soils, case), weights_of(case, responses)
+        aimed = {name: targets[name] for name in weighted(case, responses)}
+        known = soils[soils["soil"] == case["soil"]].set_index("property")
+        scales = {name: scale(responses[name], known.loc[name], surrogates[name]) for name in aimed}
+        row, descent, found = calibrate_case(surrogates, aimed, scales, weights, options, variables)
         labels = {"case": case["case"], "soil": case["soil"], "surrogate": source}
         label_weights = {f"weight_{name}": weight for name, weight in weights.items()}
-        wanted = {f"target_{response.column}": targets[name] for name, response in responses.items()}
+        wanted = {f"target_{response.column}": targets.get(name, np.nan) for name, response in responses.items()}
         rows.append({**labels, **label_weights, **row, **predicted(responses, surrogates, row), **wanted})
         for k, (x, cost, step) in enumerate(descent.history):
             where = dict(zip(variables, (x * units).tolist(), strict=True))

@@ -12,6 +12,7 @@ import pandas as pd
 
 from virtual_soil.calibration.noise import NOISE_LIMIT
 from virtual_soil.calibration.uncertainty import Likelihood, probabilities
+from virtual_soil.calibration.verify import UNASKED
 
 #: Number of low-discrepancy points among which the next one is chosen.
 CANDIDATES = 2**13
@@ -34,8 +35,8 @@ def propose(minima: list[dict[str, float]], likelihood: Likelihood, n: int) -> l
 
 def ignorance(likelihood: Likelihood, values):
     """Variances of the predictions in units of the targets' uncertainties, summed over the responses with the case's weights."""
-    errors = {name: likelihood.surrogates[name].predict_with_error(values)[1] for name in likelihood.responses}
-    return sum(likelihood.weights[name] * (errors[name] / likelihood.tolerance(name)) ** 2 for name in likelihood.responses)
+    errors = {name: likelihood.surrogates[name].predict_with_error(values)[1] for name in likelihood.weights}
+    return sum(weight * (errors[name] / likelihood.tolerance(name)) ** 2 for name, weight in likelihood.weights.items())
 
 
 def believing(likelihood: Likelihood, values: dict[str, float]) -> Likelihood:
@@ -47,9 +48,10 @@ def believing(likelihood: Likelihood, values: dict[str, float]) -> Likelihood:
 def settled(comparison: pd.DataFrame, tolerance: float) -> set[str]:
     """Cases whose optimum was simulated and found as predicted.
 
-    Every simulated response is within `tolerance` times its target of the prediction, or within the noise limit of its standard
-    error: simulations cannot resolve less. A response without a simulated value does not settle.
+    Every simulated response with a weight is within `tolerance` times its target of the prediction, or within the noise limit of
+    its standard error: simulations cannot resolve less. A response without a simulated value does not settle.
     """
+    comparison = comparison[comparison["match"] != UNASKED]
     allowed = (tolerance * comparison["target"]).clip(lower=NOISE_LIMIT * comparison["simulated_se"])
     fits = (comparison["simulated"] - comparison["predicted"]).abs() <= allowed
     return {case for case, ok in fits.groupby(comparison["case"]) if ok.all()}

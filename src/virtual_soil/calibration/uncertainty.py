@@ -2,10 +2,10 @@
 
     log L(x) = -1/2 sum_j v_j [ (y_j(x) - t_j)^2 / (s_j^2 + e_j(x)^2) + ln(s_j^2 + e_j(x)^2) ]
 
-j runs over the responses. t_j and s_j are a target and its standard uncertainty, y_j(x) and e_j(x) the surrogate and its standard
-error (which includes the scatter over seeds and the fit). v_j are the case's weights over their mean: a target of a tenth of the
-weight counts like one of sqrt(10) times the uncertainty. The prior is uniform in the coordinates of the design's box (see
-`calibration.space`). The preference for large grains concerns cost, not knowledge, and does not enter.
+j runs over the responses with a weight. t_j and s_j are a target and its standard uncertainty, y_j(x) and e_j(x) the surrogate and
+its standard error (which includes the scatter over seeds and the fit). v_j are the case's weights over their mean: a target of a
+tenth of the weight counts like one of sqrt(10) times the uncertainty. The prior is uniform in the coordinates of the design's box
+(see `calibration.space`). The preference for large grains concerns cost, not knowledge, and does not enter.
 
 An unreachable target would dominate the likelihood: every point misses it by many s_j, and tiny differences would decide. Its
 distance to the nearest reachable value is therefore added to s_j (in squares), as a discrepancy of the model (Kennedy & O'Hagan
@@ -18,8 +18,8 @@ import emcee
 import numpy as np
 import pandas as pd
 
-from virtual_soil.calibration.errors import demand
-from virtual_soil.calibration.optimise import LARGE_GRAINS, weights_of
+from virtual_soil.calibration.noise import target_uncertainty
+from virtual_soil.calibration.optimise import targets_of, weighted, weights_of
 from virtual_soil.calibration.response import Responses
 from virtual_soil.calibration.space import REACH, Space
 
@@ -27,8 +27,6 @@ from virtual_soil.calibration.space import REACH, Space
 CROWD = 2**14
 WALKERS, BURN_IN, STEPS = 48, 200, 600
 SEED = 2011
-#: Least standard uncertainty of a target that states none, in the response's unit: a target may be zero.
-LEAST_UNCERTAINTY = 1.0
 #: Bounds of the intervals: 95 %.
 LEVELS = (0.025, 0.975)
 
@@ -37,8 +35,8 @@ LEVELS = (0.025, 0.975)
 class Likelihood:
     """log L of one case; callable on coordinates (m, n) -> (m,).
 
-    By response: surrogates, targets, their standard uncertainties, the case's weights over their mean, and the discrepancies of
-    unreachable targets.
+    By response: surrogates, the targets that the soil has, their standard uncertainties, the case's weights over their mean, and
+    the discrepancies of unreachable targets. Responses without a weight are predicted and do not count.
     """
 
     responses: Responses
@@ -56,7 +54,7 @@ class Likelihood:
         result = np.full(len(unit), -np.inf)
         if inside.any():
             values = self.space.values(unit[inside])
-            result[inside] = sum(self.weights[name] * self.term(name, values) for name in self.responses)
+            result[inside] = sum(weight * self.term(name, values) for name, weight in self.weights.items())
         return result
 
     def term(self, name: str, values) -> np.ndarray:
@@ -72,7 +70,7 @@ class Likelihood:
     def deviations(self, values) -> dict[str, float]:
         """Distance of every prediction at one point from its target, in standard deviations of target and surrogate together."""
         result = {}
-        for name in self.responses:
+        for name in self.weights:
             mean, error = self.surrogates[name].predict_with_error(values)
             result[name] = abs(float(mean) - self.targets[name]) / float(np.hypot(self.uncertainties[name], float(error)))
         return result
@@ -85,26 +83,19 @@ def likelihood_of(
 
     Raises CalibrationError for an unknown soil and for weights that are not those of all objectives.
     """
+    targets = targets_of(responses, soils, case)
     rows = soils[soils["soil"] == case["soil"]].set_index("property")
-    demand(len(rows) > 0, "soil of a case", case["soil"], f"one of {sorted(soils['soil'].unique())}")
-    targets = rows["value"].to_dict()
-    uncertainties = {name: target_uncertainty(rows.loc[name], ratio) for name in responses}
-    given = {name: weight for name, weight in weights_of(case, responses).items() if name != LARGE_GRAINS}
+    uncertainties = {name: target_uncertainty(rows.loc[name], ratio) for name in targets}
+    given = {name: weight for name, weight in weights_of(case, responses).items() if name in weighted(case, responses)}
     shares = dict(zip(given, np.array(list(given.values())) / np.mean(list(given.values())), strict=True))
     values = space.values(space.everywhere(REACH))
-    out_of_reach = {name: distance_to(model.predict(values), targets[name]) for name, model in surrogates.items()}
+    out_of_reach = {name: distance_to(surrogates[name].predict(values), targets[name]) for name in given if name in surrogates}
     return Likelihood(responses, surrogates, space, targets, uncertainties, shares, out_of_reach)
 
 
 def distance_to(reached: np.ndarray, target: float) -> float:
     """Distance of a target from the range of values; 0 inside."""
     return float(abs(target - np.clip(target, reached.min(), reached.max())))
-
-
-def target_uncertainty(target, ratio: float) -> float:
-    """Standard uncertainty of a row of the soil table: the stated one, or `ratio` of its value; never zero."""
-    stated = target["standard_uncertainty"]
-    return float(stated) if stated > 0 else max(ratio * abs(target["value"]), LEAST_UNCERTAINTY)
 
 
 def target_errors(soils: pd.DataFrame, ratio: float) -> dict[tuple[str, str], float]:
@@ -193,7 +184,7 @@ def identifiability(case: dict, likelihood: Likelihood, at: dict[str, float]) ->
     """
     unit, h = likelihood.space.unit(at)[0], 1e-3
     rows = []
-    for name in likelihood.responses:
+    for name in likelihood.weights:
         _, error = likelihood.surrogates[name].predict_with_error(at)
         deviation = np.hypot(likelihood.tolerance(name), float(error))
         slopes = []

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from virtual_soil.calibration.noise import NOISE_LIMIT, error_of_mean
+from virtual_soil.calibration.noise import NOISE_LIMIT, error_of_mean, student
 from virtual_soil.calibration.points import point_at, point_id
 from virtual_soil.calibration.response import Response, Responses
 from virtual_soil.calibration.uncertainty import Likelihood, intervals
@@ -23,6 +23,8 @@ from virtual_soil.calibration.uncertainty import Likelihood, intervals
 #: The two questions: column of the answer -> (answer beyond the noise, answer within it).
 QUESTIONS = {"prediction": ("contradicted", "confirmed"), "match": ("misses", "matches")}
 UNDECIDED, UNSIMULATED = "not decided", "not simulated"
+#: Answer to the second question for a response without a weight, or without a target.
+UNASKED = "not asked"
 
 
 def comparison_table(
@@ -41,13 +43,13 @@ def comparison_table(
 
     Parameters
     ----------
-    calibration : optima of the cases. models : the surrogates that predicted them, by response.
-    tables : by name, those of the responses, of simulations at the optima; other points in them do not matter.
-    by_seed : by response, a table of its values with point_id and the response's column, a row for each seed of a point.
-    scatter : by response, the campaign's scatter (see `noise.known_scatter`), for optima with fewer than three seeds.
-    target_errors : by soil and response, the standard uncertainty of a target.
-    limits : `difference_of_consequence` and `standard_error`, each by the response's column.
-    spoiled : by point, number of simulations that failed or did not come to rest. material : base values.
+    calibration : optima of the cases, with their weights; a response without one is not asked to match. models : the surrogates
+    that predicted them, by response. tables : by name, those of the responses, of simulations at the optima; other points in them
+    do not matter. by_seed : by response, a table of its values with point_id and the response's column, a row for each seed of a
+    point. scatter : by response, the campaign's scatter (see `noise.known_scatter`), for optima with fewer than three seeds.
+    target_errors : by soil and response, the standard uncertainty of a target. limits : `difference_of_consequence` and
+    `standard_error`, each by the response's column. spoiled : by point, number of simulations that failed or did not come to rest.
+    material : base values.
 
     Returns
     -------
@@ -62,9 +64,11 @@ def comparison_table(
         for name, response in responses.items():
             predicted, error = (float(v) for v in models[name].predict_with_error(values))
             found = simulated(response, point, tables[response.table], by_seed[name], scatter[name])
-            target = float(optimum[f"target_{response.column}"]), target_errors[optimum["soil"], name]
+            target = float(optimum[f"target_{response.column}"]), target_errors.get((optimum["soil"], name), np.nan)
             named = {"case": optimum["case"], "soil": optimum["soil"], **values, "response": name, "unit": response.unit}
             answers = compared(target, (predicted, error), found, {key: limit[response.column] for key, limit in limits.items()})
+            if not optimum[f"weight_{name}"]:
+                answers["match"] = UNASKED
             rows.append({**named, **answers, "n_spoiled": spoiled.get(point, 0)})
     return pd.DataFrame(rows, columns=list(rows[0]) if rows else [])
 
@@ -114,12 +118,15 @@ def simulated(response: Response, point: str, table: pd.DataFrame, by_seed: pd.D
 
 
 def summary(values: np.ndarray, known_error: float) -> tuple[float, float, float, int]:
-    """Mean, standard deviation, standard error and number of values; with fewer than three the error is the known one."""
+    """Mean, standard deviation, standard error and number of values.
+
+    The error of three values and more is their own, with Student's factor; with fewer it is the known one.
+    """
     n = len(values)
     if not n:
         return np.nan, np.nan, np.nan, 0
     sd = float(values.std(ddof=1)) if n > 1 else np.nan
-    return float(values.mean()), sd, sd / np.sqrt(n) if n > 2 else known_error, n
+    return float(values.mean()), sd, float(student(n - 1)) * sd / np.sqrt(n) if n > 2 else known_error, n
 
 
 def conclusion(calibration, posterior, verification, likelihoods: dict[str, Likelihood], processes: dict) -> pd.DataFrame:
@@ -155,6 +162,7 @@ def conclusion(calibration, posterior, verification, likelihoods: dict[str, Like
 def verdict(verification: pd.DataFrame, question: str) -> str:
     """Answer of one case: "confirmed" or "matches" if it is that of all responses, else the other answers with their responses."""
     beyond, within = QUESTIONS[question]
+    verification = verification[verification[question] != UNASKED]
     found = {word: verification.loc[verification[question] == word, "response"] for word in (beyond, UNDECIDED, UNSIMULATED)}
     if len(found[UNSIMULATED]) == len(verification):
         return UNSIMULATED

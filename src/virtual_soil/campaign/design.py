@@ -17,7 +17,7 @@ import pandas as pd
 from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.points import hashed, point_at, point_id
 from virtual_soil.calibration.surrogate import n_factor_terms
-from virtual_soil.campaign.experiments.registry import BY_NAME, EXPERIMENTS, LOADS
+from virtual_soil.campaign.experiments.registry import BY_NAME, EXPERIMENTS, LOADS, chosen
 
 #: Experiment -> configuration key of its seeds, the same in every stage of a study.
 SEED_KEYS = {experiment.NAME: f"{experiment.NAME}_seeds" for experiment in EXPERIMENTS}
@@ -54,7 +54,7 @@ def ordered(table: pd.DataFrame) -> pd.DataFrame:
 def further(config: dict, purpose: str, points: list[dict], seeds: dict) -> pd.DataFrame:
     """Return the design table of all experiments at further points: values of the design variables, rounded to four digits.
 
-    config : material, design, engine and the experiments' sections of the study. seeds : <experiment>_seeds. Duplicate
+    config : material, design, engine, experiments and the experiments' sections of the study. seeds : <experiment>_seeds. Duplicate
     points are simulated once. Without points the table is empty.
     """
     rows = {}
@@ -74,7 +74,7 @@ def wanted(config: dict):
         for material in materials:
             yield from every_test(purpose, "campaign", material, loads, design)
     yield from screened(config)
-    checked = {experiment.NAME: experiment.check_loads(config) for experiment in EXPERIMENTS}
+    checked = {experiment.NAME: experiment.check_loads(config) for experiment in chosen(config["experiments"])}
     for couple, fidelity in itertools.product(check["couples"], ("campaign", "reference")):
         material = {**base, **couple}
         yield from every_test("check", fidelity, material, checked, check)
@@ -96,19 +96,22 @@ def screened(config: dict):
 
 
 def screened_experiment(config: dict):
-    """Experiment that measures the screened response."""
-    return next(test for test in EXPERIMENTS if config["screening"]["response"] in [response.name for response in test.RESPONSES])
+    """Experiment that measures the screened response; raises CalibrationError if it is not one of the study's."""
+    tests, wanted = chosen(config["experiments"]), config["screening"]["response"]
+    measured = {response.name: test for test in tests for response in test.RESPONSES}
+    demand(wanted in measured, "screening.response", wanted, f"one that the study's experiments measure: {', '.join(measured)}")
+    return measured[wanted]
 
 
 def campaign_loads(config: dict) -> dict[str, list[float]]:
     """Return experiment -> loads of its simulations in the campaign."""
-    return {experiment.NAME: experiment.loads(config) for experiment in EXPERIMENTS}
+    return {experiment.NAME: experiment.loads(config) for experiment in chosen(config["experiments"])}
 
 
 def every_test(purpose: str, fidelity: str, material: dict, loads: dict[str, list[float]], seeds: dict):
     """Yield the simulations of all experiments on one material; loads : by experiment, seeds : <experiment>_seeds."""
-    for experiment, key in SEED_KEYS.items():
-        for load, seed in itertools.product(loads[experiment], seeds[key]):
+    for experiment, its_loads in loads.items():
+        for load, seed in itertools.product(its_loads, seeds[SEED_KEYS[experiment]]):
             yield purpose, experiment, fidelity, material, load, seed
 
 
@@ -165,7 +168,8 @@ def check_sweep(name: str, levels: list[float], n_couples: int, forms: set[str])
 
 def check_seeds(config: dict) -> None:
     """Raise CalibrationError if the verification uses seeds that a fit has used."""
-    for experiment, key in SEED_KEYS.items():
+    for experiment in (test.NAME for test in chosen(config["experiments"])):
+        key = SEED_KEYS[experiment]
         seen = {seed + SEED_STEP * k for seed in config["refine"][key] for k in range(config["refine"]["rounds"])}
         seen |= set(config["design"][key])
         if experiment == screened_experiment(config).NAME:
@@ -207,13 +211,13 @@ def check_design(config: dict) -> None:
     for name, levels in design["sweep"].items():
         check_sweep(name, levels, len(design["sweep_couples"]), {form["g"] for form in config["surrogate"].values()})
     check_seeds(config)
-    named = design["variables"]
+    needed = {SEED_KEYS[experiment.NAME] for experiment in chosen(config["experiments"])}
     for twin, entry in config["twins"].items():
         demand(
-            set(entry) - set(SEED_KEYS.values()) == set(design["variables"]),
+            set(entry) - set(SEED_KEYS.values()) == set(design["variables"]) and needed <= set(entry),
             f"twins.{twin}",
             sorted(entry),
-            f"{named} and seeds",
+            f"{design['variables']} and {sorted(needed)}",
         )
         for name in design["variables"]:
             low, high = min(values[name]), max(values[name])

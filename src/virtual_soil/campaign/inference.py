@@ -1,12 +1,14 @@
 """Surrogates, likelihoods and tables from the input and parameters of a rule, for the inference scripts."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
 
 from virtual_soil.calibration.models import from_json, space_of
+from virtual_soil.calibration.optimise import combined_scale, relative_scale
 from virtual_soil.calibration.uncertainty import likelihood_of
-from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.campaign.experiments.registry import responses_of
 from virtual_soil.campaign.tables import ADVICE, UNREADABLE, TableError, one_line, read_all, read_table
 
 
@@ -31,9 +33,14 @@ def read_tables(paths) -> dict[str, pd.DataFrame]:
 
 def likelihoods_of(files, params) -> dict:
     """Return case name -> likelihood."""
-    models, soils = read_models(files.surrogates), read_table(files.soils, "soil")
+    models, soils, responses = read_models(files.surrogates), read_table(files.soils, "soil"), responses_of(params.experiments)
     space, ratio = space_of(params.design), params.uncertainty["target_uncertainty_ratio"]
-    return {case["case"]: likelihood_of(case, RESPONSES, models, soils, space, ratio) for case in params.optimise["cases"]}
+    return {case["case"]: likelihood_of(case, responses, models, soils, space, ratio) for case in params.optimise["cases"]}
+
+
+def scale_of(errors: str, ratio: float, floors: dict[str, float]) -> Callable:
+    """Return the scale of the objectives that the setting `optimise.errors` names; ratio, floors : see `combined_scale`."""
+    return {"relative": relative_scale, "combined": combined_scale(ratio, floors)}[errors]
 
 
 def optima(table, variables) -> dict[str, dict[str, float]]:

@@ -4,8 +4,9 @@ from importlib import import_module
 
 import pandas as pd
 
+from virtual_soil.calibration.response import Responses
 from virtual_soil.campaign.experiments import module_of
-from virtual_soil.campaign.experiments.registry import BY_NAME, REDUCED, RESPONSES
+from virtual_soil.campaign.experiments.registry import BY_NAME, REDUCED
 from virtual_soil.campaign.tables import batch_results, empty_table
 
 
@@ -35,18 +36,19 @@ def reduced_table(name: str, runs: pd.DataFrame, settings: dict, by_seed: bool =
 
 
 def spoiled(tables: dict[str, pd.DataFrame]) -> dict[str, int]:
-    """Return point -> number of its simulations that failed or did not come to rest, over all experiments."""
-    runs = [tables[name].loc[~tables[name]["status"].isin(experiment.SOUND), "point_id"] for name, experiment in BY_NAME.items()]
+    """Return point -> number of its simulations that failed or did not come to rest, over all experiments in the tables."""
+    sound = {name: experiment.SOUND for name, experiment in BY_NAME.items() if name in tables}
+    runs = [tables[name].loc[~tables[name]["status"].isin(status), "point_id"] for name, status in sound.items()]
     return pd.concat(runs).value_counts().to_dict()
 
 
-def responses_by_seed(tables: dict[str, pd.DataFrame], settings: dict) -> dict[str, pd.DataFrame]:
+def responses_by_seed(responses: Responses, tables: dict[str, pd.DataFrame], settings: dict) -> dict[str, pd.DataFrame]:
     """Return response -> table with one row per point and seed that contains the response's column.
 
     tables : table of all runs of each experiment, by name. settings : configuration sections of the experiments.
     """
     found = {}
-    for name, response in RESPONSES.items():
+    for name, response in responses.items():
         experiment = REDUCED.get(response.table)
         if experiment is None:
             found[name] = tables[response.table]

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from dem.contact.model import DAMPING_MODELS, ROLLING
-from virtual_soil.campaign.experiments.registry import EXPERIMENTS, RESPONSES
+from virtual_soil.campaign.experiments.registry import BY_DEFAULT, EXPERIMENTS, RESPONSES, responses_of
 from virtual_soil.campaign.settings import NAMES, choice, make, section, setting
 
 #: Schema of a list of seeds.
@@ -213,14 +213,16 @@ Surrogates = make(
 #: Name of the cost term that prefers large grains (the paper's phi4).
 LARGE_GRAINS = "large_grains"
 TERMS = sorted([*RESPONSES, LARGE_GRAINS])
-EQUAL = dict.fromkeys(TERMS, 0.25)
+#: Those of a study that names no experiments.
+USUAL_TERMS = sorted([*responses_of(BY_DEFAULT), LARGE_GRAINS])
+EQUAL = dict.fromkeys(USUAL_TERMS, 0.25)
 #: The paper's second attempt: the weight of the angle of repose a tenth of the others.
-LOW_REPOSE = {**dict.fromkeys(TERMS, 0.322581), "angle_of_repose": 0.032258}
+LOW_REPOSE = {**dict.fromkeys(USUAL_TERMS, 0.322581), "angle_of_repose": 0.032258}
 WEIGHTS = {
     "type": "object",
     "additionalProperties": False,
-    "required": TERMS,
-    "properties": {name: {"type": "number", "exclusiveMinimum": 0} for name in TERMS},
+    "minProperties": 1,
+    "properties": {name: {"type": "number", "minimum": 0} for name in TERMS},
 }
 
 
@@ -229,7 +231,7 @@ class Optimise:
     """The search for grain parameters."""
 
     cases: list[dict] = setting(
-        "cases to calibrate: name, soil, and weights of every response and of large grains",
+        "cases to calibrate: name, soil, and weights of responses and of large grains; what has no weight, or 0, is left out",
         [
             {"case": "sand", "soil": "silica_barco_sand", "weights": EQUAL},
             {"case": "regolith", "soil": "lunar_regolith", "weights": EQUAL},
@@ -248,6 +250,12 @@ class Optimise:
                 },
             },
         },
+    )
+    errors: str = choice(
+        "combined: errors in units of the combined standard uncertainty of target and surrogate; relative: over the target, as in "
+        "the paper",
+        "combined",
+        ("combined", "relative"),
     )
     tolerance: float = setting("the paper's epsilon on |dx|, x = (r in um, mu_s, mu_r)", 1e-3, above=0)
     max_iterations: int = setting("maximum number of Gauss-Newton iterations", 500, minimum=1)
@@ -322,7 +330,6 @@ Verify = make("Verify", "Every optimum is simulated with seeds that no fit has u
 
 TWIN = {
     "type": "object",
-    "required": list(seeds("design")),
     "properties": {key: {"type": "array", **SEED_LIST, "items": {"type": "integer", "minimum": 0}} for key in seeds("design")},
     "additionalProperties": {"type": "number", "minimum": 0},
 }
@@ -342,6 +349,18 @@ Study = make(
                 "target duration in min of a job of short simulations; 0: one job per simulation; results do not depend on it",
                 0,
                 minimum=0,
+            ),
+        ),
+        "experiments": (
+            list[str],
+            setting(
+                "virtual tests of the study; a soil's targets are the responses that they measure",
+                BY_DEFAULT,
+                of={
+                    "minItems": 1,
+                    "uniqueItems": True,
+                    "items": {"type": "string", "enum": [experiment.NAME for experiment in reversed(EXPERIMENTS)]},
+                },
             ),
         ),
         "material": (Material, section(Material)),

@@ -1,9 +1,9 @@
 """Step 1: the targets, i.e. the measured responses of a real soil: values with a source, or raw laboratory files.
 
-A soil file (YAML) lists each response by its column name (e.g. cohesion_pa) as {value, source, standard_uncertainty}. Instead of
-the responses of an experiment it may contain the entry that the experiment reads (its LABORATORY, e.g. `direct_shear_csv`): a
-laboratory file in the same folder, with `columns` (quantity: header in the file), `decimal` and further keys of the experiment's
-`laboratory` module. The accepted files are described in `campaign.laboratory`.
+A soil file (YAML) lists responses by their column names (e.g. cohesion_pa) as {value, source, standard_uncertainty}; any of them,
+at least one. Instead of the responses of an experiment it may contain the entry that the experiment reads (its LABORATORY, e.g.
+`direct_shear_csv`): a laboratory file in the same folder, with `columns` (quantity: header in the file), `decimal` and further keys
+of the experiment's `laboratory` module. The accepted files are described in `campaign.laboratory`.
 """
 
 from importlib import import_module
@@ -31,18 +31,19 @@ def reader(entry: str):
 
 
 def measure_soil(path: str | Path) -> pd.DataFrame:
-    """Return one row per response: soil, property, value, standard_uncertainty (NaN if unknown), unit, source, method.
+    """Return one row per response given: soil, property, value, standard_uncertainty (NaN if unknown), unit, source, method.
 
-    Raises CalibrationError naming file, key and value if an entry is missing, unknown or impossible.
+    Raises CalibrationError naming file, key and value if there is none, or if an entry is unknown or impossible.
     """
     path = Path(path)
     content = soil_content(path)
     rows = [row for entry in FILES if entry in content for row in reader(entry).read(path, content[entry])]
     rows += [from_value(path, response, content[response.column]) for response in RESPONSES.values() if response.column in content]
     found = [row["property"] for row in rows]
+    demand(len(found) > 0, f"{path}", "no response", f"at least one of {', '.join(sorted(KEYS))}")
     for name, response in RESPONSES.items():
         times = found.count(name)
-        demand(times == 1, f"{path}: {response.column}", f"given {times} times", "once, as a value or from a CSV")
+        demand(times < 2, f"{path}: {response.column}", f"given {times} times", "once, as a value or from a CSV")
     table = pd.DataFrame(rows)
     table["unit"] = table["property"].map(lambda name: RESPONSES[name].unit)
     table.insert(0, "soil", path.stem)

@@ -9,11 +9,12 @@ import jsonschema
 import yaml
 
 from virtual_soil.calibration.errors import CalibrationError, demand
+from virtual_soil.calibration.optimise import weighted
 from virtual_soil.calibration.points import point_id
 from virtual_soil.campaign import settings, yamls
 from virtual_soil.campaign.design import expand
-from virtual_soil.campaign.experiments.registry import BY_NAME, LOADS
-from virtual_soil.campaign.sections import TERMS, Material, Study
+from virtual_soil.campaign.experiments.registry import BY_NAME, LOADS, responses_of
+from virtual_soil.campaign.sections import USUAL_TERMS, Material, Study
 from virtual_soil.campaign.settings import NAME
 from virtual_soil.campaign.soils import laboratory_files, measure_soil
 from virtual_soil.campaign.tables import TableError, read_table
@@ -62,7 +63,8 @@ def old_weights(config: dict):
         weights = case.get("weights") if isinstance(case, dict) else None
         if isinstance(weights, list):
             form = ", ".join(
-                f"{name}: {value}" for name, value in itertools.zip_longest(TERMS, weights[: len(TERMS)], fillvalue="...")
+                f"{name}: {value}"
+                for name, value in itertools.zip_longest(USUAL_TERMS, weights[: len(USUAL_TERMS)], fillvalue="...")
             )
             yield f"optimise.cases: weights of {shortened(case.get('case'))} are a list; allowed: a weight by name, {{{form}}}."
 
@@ -260,11 +262,18 @@ def raw_files(soils: list[str]) -> list[str]:
 def check_soils(config: dict) -> None:
     """Read every soil file to refuse impossible targets before any simulation; also check that every case names a soil."""
     try:
-        for path in soil_files(config):
-            measure_soil(path)
-        known = [*config["soils"], *config["twins"]]
+        targets = {Path(path).stem: set(measure_soil(path)["property"]) for path in soil_files(config)}
+        known, responses = [*config["soils"], *config["twins"]], responses_of(config["experiments"])
         for case in config["optimise"]["cases"]:
             demand(case["soil"] in known, f"optimise.cases: soil of {case['case']}", case["soil"], f"one of {known}")
+            wanted = set(weighted(case, responses))
+            given = wanted if case["soil"] in config["twins"] else targets[case["soil"]]
+            demand(
+                wanted <= given,
+                f"optimise.cases: weights of {case['case']}",
+                ", ".join(sorted(wanted - given)),
+                f"those that {case['soil']} has a target for: {', '.join(sorted(given & set(responses)))}",
+            )
         both = sorted(set(config["soils"]) & set(config["twins"]))
         demand(not both, "twins", both, "names that are not in soils")
         names = [case["case"] for case in config["optimise"]["cases"]]

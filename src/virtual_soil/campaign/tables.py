@@ -2,8 +2,9 @@
 
 schemas/<name>.yaml lists the columns of a table: type (string, integer, number, boolean), unit, meaning, and optionally minimum,
 maximum, allowed values and `missing_allowed`. `includes` adds the columns of other schemas. A column name with {response} or {load}
-is expanded to one column per response or load; `allowed: experiments` or `responses` means their names. Further columns (e.g. an
-additional material property) are accepted. Simulations write dicts of columns, so that short jobs do not import pandas.
+is expanded to one column per response or load; those of responses may be missing, as a study need not measure all. `allowed:
+experiments` or `responses` means their names. Further columns (e.g. an additional material property) are accepted. Simulations
+write dicts of columns, so that short jobs do not import pandas.
 """
 
 import contextlib
@@ -63,6 +64,8 @@ def expanded(column: str, rule: dict):
     if isinstance(rule.get("allowed"), str):
         rule = rule | {"allowed": known[rule["allowed"]]}
     place = next((place for place in ("{response}", "{load}") if place in column), None)
+    if place == "{response}":
+        rule = rule | {"optional": True}
     for name in known[place] if place else ("",):
         yield column.replace(place or "", name) if place else column, rule
 
@@ -90,6 +93,8 @@ def check_table(table, name: str, source: str):
     columns = load_schema(name)
     for column, rule in columns.items():
         if column not in table:
+            if rule.get("optional"):
+                continue
             raise TableError(f"{source}: column {column!r} is missing; a {name} table has {', '.join(columns)}.")
         check_column(np.asarray(table[column]), column, rule, source)
     return table
@@ -159,6 +164,8 @@ def check_types(schema: pa.Schema, name: str, source: str) -> None:
     rules = load_schema(name)
     for column, rule in rules.items():
         n = len(schema.get_all_field_indices(column))
+        if n == 0 and rule.get("optional"):
+            continue
         if n != 1:
             found = "missing" if n == 0 else f"there {n} times"
             raise TableError(f"{source}: column {column!r} is {found}; a {name} table has {', '.join(rules)}.")
@@ -296,7 +303,9 @@ def empty_table(name: str, further=()):
     import pandas as pd
 
     kinds = {"string": str, "integer": int, "number": float, "boolean": bool}
-    types = dict.fromkeys(further, float) | {column: kinds[rule["type"]] for column, rule in load_schema(name).items()}
+    types = dict.fromkeys(further, float) | {
+        column: kinds[rule["type"]] for column, rule in load_schema(name).items() if not rule.get("optional")
+    }
     return pd.DataFrame({column: pd.Series(dtype=kind) for column, kind in types.items()})
 
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from snakemake.io import report
 
+from virtual_soil.report.experiments import EXPERIMENTS
 from virtual_soil.report.sections import SECTIONS, answer
 from virtual_soil.report.study import has_friction_grid
 
@@ -19,8 +20,12 @@ PAGE = ("template.html.j2", "report.css", "views.js", *(f"sections/{section.NAME
 
 
 def figure_names(config: dict) -> list[str]:
-    """The figures of a study."""
-    return [name for name, entry in ENTRIES.items() if has_friction_grid(config) or not entry.friction_grid]
+    """The figures of a study: not those of experiments that it does not have."""
+    others = [experiment for experiment in EXPERIMENTS if experiment.NAME not in config["experiments"]]
+    absent = {name for experiment in others for name in (*experiment.FIGURES, *experiment.RESPONSES)}
+    return [
+        name for name, entry in ENTRIES.items() if name not in absent and (has_friction_grid(config) or not entry.friction_grid)
+    ]
 
 
 def caption(name: str) -> str:

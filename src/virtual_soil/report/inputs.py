@@ -30,6 +30,6 @@ def read_study(files, config: dict) -> Study:
         twins=read_table(files.twins[0], "twins") if files.twins else None,
         states={name: (before[name], grains) for name, grains in after.items()},
         histories=histories,
-        frames=read_table(files.lift, "lift"),
+        frames=read_table(files.lift[0], "lift") if files.lift else None,
         engine=read_provenance(files.after[0]).get("engine", "unknown"),
     )

@@ -11,11 +11,11 @@ import yaml
 from plotly.offline import get_plotlyjs
 
 from virtual_soil.calibration.paper import published
-from virtual_soil.campaign.experiments.registry import BY_NAME, RESPONSES
+from virtual_soil.campaign.experiments.registry import BY_NAME
 from virtual_soil.campaign.study import experiment_settings
 from virtual_soil.report import pack, plots, views
 from virtual_soil.report.contents import ENTRIES, FOLDER, caption
-from virtual_soil.report.experiments import EXPERIMENTS, measured, runs
+from virtual_soil.report.experiments import measured, of_study, runs
 from virtual_soil.report.items import Item
 from virtual_soil.report.quantities import axis_label, enumerated
 from virtual_soil.report.sections import SECTIONS
@@ -59,7 +59,7 @@ def words_of(study: Study) -> dict:
     """Text of the page: the sections' own, and that of its head and its end."""
     return {
         "study": study.config["study"],
-        "responses": enumerated([f"{response.words} {response.symbol}" for response in RESPONSES.values()]),
+        "responses": enumerated([f"{response.words} {response.symbol}" for response in study.responses.values()]),
         "cost": cost_sentence(study),
         "sections": [{"module": section, "words": section.words(study)} for section in SECTIONS],
         "engine": study.engine,
@@ -101,8 +101,8 @@ def views_of(study: Study) -> tuple[dict, dict, str]:
     rows = views.labelled(rows, study.config["material"], study.tables["calibration"])
     tests, note = views.grain_view(rows, study.states, periods_m(study.config, rows))
     flat: dict = {}
-    grains = {"tests": tests, "specimens": specimens()}
-    for experiment in EXPERIMENTS:
+    grains = {"tests": tests, "specimens": specimens(study.config)}
+    for experiment in of_study(study.config):
         flat |= experiment.views(study, rows)
         grains |= experiment.packed_views(study)
     return flat | (response_views(study) if has_friction_grid(study.config) else {}), grains, note
@@ -110,16 +110,16 @@ def views_of(study: Study) -> tuple[dict, dict, str]:
 
 def periods_m(config: dict, rows: pd.DataFrame) -> dict[str, float]:
     """Simulation -> period of its box along y."""
-    tests = {experiment.NAME: experiment for experiment in EXPERIMENTS}
+    tests = {experiment.NAME: experiment for experiment in of_study(config)}
     return {
         row["simulation_id"]: tests[row["experiment"]].period_m(experiment_settings(config, row)["setup"])
         for _, row in rows.iterrows()
     }
 
 
-def specimens() -> dict[str, dict]:
+def specimens(config: dict) -> dict[str, dict]:
     """Experiment -> words for its specimen, position of the camera, and True if it is seen edge on."""
-    return {test.NAME: {"words": test.SPECIMEN, "eye": test.EYE, "flat": test.FLAT} for test in EXPERIMENTS}
+    return {test.NAME: {"words": test.SPECIMEN, "eye": test.EYE, "flat": test.FLAT} for test in of_study(config)}
 
 
 def response_views(study: Study) -> dict:
@@ -127,9 +127,9 @@ def response_views(study: Study) -> dict:
     tables = study.tables
     radii = views.shown_radii(study.config["design"], tables["calibration"])
     kinds = {"ours": study.models["chosen"], "polynomial": study.models["quadratic"], "published": published()}
-    points = {response.name: known_points(study.every, response) for response in RESPONSES.values()}
+    points = {name: known_points(study.every, response) for name, response in study.responses.items()}
     return {
-        "responses": {response.name: axis_label(response.name) for response in measured()},
+        "responses": {response.name: axis_label(response.name) for response in measured(of_study(study.config))},
         "surfaces": views.surface_view(kinds, radii, points),
         "iso": views.iso_view(tables["calibration"], tables["posterior"], tables["equivalents"], radii),
     }
@@ -138,6 +138,6 @@ def response_views(study: Study) -> dict:
 def cost_sentence(study: Study) -> str:
     """Number of simulations, grain-steps and core-minutes."""
     table = runs(study).drop_duplicates("simulation_id")
-    counts = [f"{(table['experiment'] == test.NAME).sum()} {BY_NAME[test.NAME].NOUNS[1]}" for test in EXPERIMENTS]
+    counts = [f"{(table['experiment'] == test.NAME).sum()} {BY_NAME[test.NAME].NOUNS[1]}" for test in of_study(study.config)]
     steps, minutes = float((table["n_steps"] * table["n_particles"]).sum()), table["wall_time_s"].sum() / 60.0
     return f"{enumerated(counts)}: {steps:.2g} grain-steps in {minutes:.1f} core-minutes."

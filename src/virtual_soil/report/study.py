@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from virtual_soil.calibration.response import Response
+from virtual_soil.calibration.response import Response, Responses
+from virtual_soil.campaign.experiments.registry import responses_of
 
 #: Columns of a table of grains.
 GRAIN_COLUMNS = ["x_m", "y_m", "z_m", "radius_m", "speed_m_s"]
@@ -16,7 +17,8 @@ class Study:
     """All that the report reads.
 
     tables: the campaign's tables by name. every: the experiments' tables of campaign, refinement and verification together.
-    states: simulation -> grains before and after. histories: simulation -> its curve. frames: grains during the recorded lift.
+    states: simulation -> grains before and after. histories: simulation -> its curve. frames: grains during the recorded lift, if
+    the study has heaps.
     """
 
     config: dict
@@ -28,8 +30,13 @@ class Study:
     twins: pd.DataFrame | None
     states: dict[str, tuple[pd.DataFrame, pd.DataFrame]]
     histories: dict[str, pd.DataFrame]
-    frames: pd.DataFrame
+    frames: pd.DataFrame | None
     engine: str
+
+    @property
+    def responses(self) -> Responses:
+        """Responses that the study's experiments measure, by name."""
+        return responses_of(self.config["experiments"])
 
 
 def has_friction_grid(config: dict) -> bool:

@@ -152,7 +152,9 @@ def iso_view(calibration: pd.DataFrame, posterior: pd.DataFrame, equivalents: pd
             own = table[table["case"] == row["case"]]
             sets[name] = [own["static_friction"], own["rolling_friction"], 1e6 * own["radius_m"]]
         view[spoken(row["case"])] = {
-            "targets": {name: row[f"target_{response.column}"] for name, response in RESPONSES.items()},
+            "targets": {
+                name: row[f"target_{response.column}"] for name, response in RESPONSES.items() if f"target_{response.column}" in row
+            },
             "optimum": [row["static_friction"], row["rolling_friction"]],
             "radius": int(np.abs(radii_m - row["radius_m"]).argmin()),
             **sets,

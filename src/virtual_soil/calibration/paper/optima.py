@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from virtual_soil.calibration.optimise import calibrate, objectives, unit_of, weights_of
+from virtual_soil.calibration.optimise import calibrate, objectives, relative_scale, unit_of, weights_of
 from virtual_soil.calibration.paper.printed import OPTIMA, RESPONSES, SOILS, VARIABLES
 from virtual_soil.calibration.paper.surrogates import published
 
@@ -37,9 +37,11 @@ def soil_table() -> pd.DataFrame:
 
 def printed_cost(case: dict) -> float:
     """Cost, on the published surrogates, of the optimum that the paper prints."""
-    phi = objectives(RESPONSES, published(), targets(case["soil"]), VARIABLES)
+    aims, weights = targets(case["soil"]), weights_of(case, RESPONSES)
+    scales = {name: relative_scale(RESPONSES[name], pd.Series({"value": aim}), None) for name, aim in aims.items()}
+    phi = objectives(list(weights), published(), scales, VARIABLES, aims)
     x = [OPTIMA[case["case"]][name] for name in VARIABLES] / unit_of(VARIABLES)
-    return 0.5 * float(list(weights_of(case, RESPONSES).values()) @ phi(x) ** 2)
+    return 0.5 * float(list(weights.values()) @ phi(x) ** 2)
 
 
 def main() -> None:

@@ -12,6 +12,7 @@ MODULES = {
         *(
             "NAME",
             "NOUNS",
+            "BY_DEFAULT",
             "RESPONSES",
             "LOAD",
             "COMPARED",
@@ -24,7 +25,7 @@ MODULES = {
             "SOUND",
             "Settings",
         ),
-        *("Fidelity", "CHECK", "REFERENCE", "loads", "check_loads", "canonical", "setup", "cost"),
+        *("Fidelity", "CHECK", "REFERENCE", "loads", "check_loads", "floors", "canonical", "setup", "cost"),
     ),
     "simulate": ("STAGES", "MOMENTS", "HISTORY", "run", "row_of"),
     "measure": ("measured", "reduce", "compared"),

@@ -1,5 +1,6 @@
 """Registry of the experiments and of the responses that they measure."""
 
+from collections.abc import Collection
 from types import ModuleType
 
 from virtual_soil.calibration.response import Responses
@@ -11,7 +12,19 @@ EXPERIMENTS: tuple[ModuleType, ...] = (shear, repose)
 
 BY_NAME = {experiment.NAME: experiment for experiment in EXPERIMENTS}
 RESPONSES: Responses = {response.name: response for experiment in EXPERIMENTS for response in experiment.RESPONSES}
+#: Names of the experiments of a study that names none, in the order in which they are run.
+BY_DEFAULT = [experiment.NAME for experiment in reversed(EXPERIMENTS) if experiment.BY_DEFAULT]
 #: Load columns of the design table.
 LOADS = tuple(dict.fromkeys(experiment.LOAD for experiment in EXPERIMENTS if experiment.LOAD))
 #: Reduced table -> experiment whose runs it summarises.
 REDUCED = {table: experiment for experiment in EXPERIMENTS for table in experiment.REDUCED}
+
+
+def chosen(names: Collection[str]) -> tuple[ModuleType, ...]:
+    """Experiments of a study, as `declared` modules in the order of the registry."""
+    return tuple(experiment for experiment in EXPERIMENTS if experiment.NAME in names)
+
+
+def responses_of(names: Collection[str]) -> Responses:
+    """Responses that a study's experiments measure, by name."""
+    return {response.name: response for experiment in chosen(names) for response in experiment.RESPONSES}

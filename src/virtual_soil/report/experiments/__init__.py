@@ -13,6 +13,7 @@ Every module declares the names in DECLARED:
 - REMARKS, name of a section -> function from the study to its sentences on this test; ASSUMPTIONS.
 """
 
+from collections.abc import Iterable
 from importlib import import_module
 from types import ModuleType
 
@@ -38,18 +39,23 @@ EXPERIMENTS: tuple[ModuleType, ...] = tuple(
 )
 
 
-def measured() -> dict[Response, str | None]:
+def of_study(config: dict) -> tuple[ModuleType, ...]:
+    """Modules on the experiments of a study."""
+    return tuple(experiment for experiment in EXPERIMENTS if experiment.NAME in config["experiments"])
+
+
+def measured(experiments: Iterable[ModuleType]) -> dict[Response, str | None]:
     """Every response in the order of the experiments -> the paper's figure of it, if there is one."""
-    return {registry.RESPONSES[name]: figure for experiment in EXPERIMENTS for name, figure in experiment.RESPONSES.items()}
+    return {registry.RESPONSES[name]: figure for experiment in experiments for name, figure in experiment.RESPONSES.items()}
 
 
 def remarks(section: str, study: Study) -> list[str]:
     """Sentences of a section on single experiments."""
-    told = [experiment.REMARKS[section] for experiment in EXPERIMENTS if section in experiment.REMARKS]
+    told = [experiment.REMARKS[section] for experiment in of_study(study.config) if section in experiment.REMARKS]
     return [sentence for tell in told for sentence in tell(study)]
 
 
 def runs(study: Study) -> pd.DataFrame:
     """Rows of all simulations of all experiments, with the columns that every experiment has."""
-    tables = [study.every[experiment.NAME] for experiment in EXPERIMENTS]
+    tables = [study.every[experiment.NAME] for experiment in of_study(study.config)]
     return pd.concat(tables, join="inner")

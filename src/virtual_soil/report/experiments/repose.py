@@ -36,6 +36,7 @@ def figures(study: Study) -> dict[str, Item]:
     """The base set's lift and heap."""
     run = base_point(study.tables["repose"], study.config).iloc[0]
     before, after = study.states[run["simulation_id"]]
+    assert study.frames is not None  # every study with heaps records a lift
     frames, angle = study.frames, run[ANGLE]
     return {
         "lift": Item(

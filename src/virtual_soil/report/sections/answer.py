@@ -5,10 +5,12 @@ from collections.abc import Mapping
 
 import pandas as pd
 
-from virtual_soil.calibration.verify import QUESTIONS
+from virtual_soil.calibration.optimise import LARGE_GRAINS
+from virtual_soil.calibration.response import Responses
+from virtual_soil.calibration.verify import QUESTIONS, UNASKED
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report.items import Entry, Item
-from virtual_soil.report.quantities import VARIABLES, combination, header, printed_unit, symbols, value_with_interval
+from virtual_soil.report.quantities import VARIABLES, combination, header, printed_unit, symbol, symbols, value_with_interval
 from virtual_soil.report.study import Study
 from virtual_soil.report.text import number, spoken, with_error
 
@@ -29,7 +31,7 @@ def tables(study: Study) -> dict[str, pd.DataFrame]:
     """Parameters and properties."""
     return {
         "answer": answer_table(study.tables["calibration"]),
-        "properties": properties_table(study.tables["verification"]),
+        "properties": properties_table(study.tables["verification"], study.responses),
     }
 
 
@@ -37,8 +39,8 @@ def words(study: Study) -> dict:
     """Cards and remarks."""
     return {
         "cards": answer_cards(study.tables["calibration"], study.tables["verification"]),
-        "targets": ", ".join(response.symbol for response in RESPONSES.values()),
-        "remarks": answer_remarks(study.tables),
+        "targets": ", ".join(response.symbol for response in study.responses.values()),
+        "remarks": answer_remarks(study),
     }
 
 
@@ -87,9 +89,9 @@ def answer_card(row: Mapping, verification: pd.DataFrame) -> dict:
 
 
 def state_of(answer: str, good: str) -> str:
-    """One of "good", "bad" and "open" (not decided, or not simulated)."""
-    if answer == good:
-        return "good"
+    """One of "good", "bad", "open" (not decided, or not simulated) and "none" (not asked)."""
+    if answer in (good, UNASKED):
+        return "good" if answer == good else "none"
     return "bad" if BEYOND.search(answer) else "open"
 
 
@@ -110,10 +112,10 @@ def spoken_list(names: str) -> str:
     return ", ".join(spoken(name) for name in names.split(",") if name)
 
 
-def properties_table(verification: pd.DataFrame) -> pd.DataFrame:
+def properties_table(verification: pd.DataFrame, responses: Responses) -> pd.DataFrame:
     """Target, prediction and simulation of every property at the optimum."""
     cases, columns, names = list(dict.fromkeys(verification["case"])), [], ["case"]
-    for response in RESPONSES.values():
+    for response in responses.values():
         rows = verification[verification["response"] == response.name].set_index("case").loc[cases]
         columns.append([number(v) for v in rows["target"]])
         for kind in ("predicted", "simulated"):
@@ -122,18 +124,19 @@ def properties_table(verification: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(list(zip(cases, *columns, strict=True)), columns=names)
 
 
-def answer_remarks(tables: Mapping[str, pd.DataFrame]) -> list[str]:
+def answer_remarks(study: Study) -> list[str]:
     """One paragraph per case: what a user of its parameters must know."""
-    return [" ".join(caveats(row, tables)) for _, row in tables["calibration"].query("surrogate == 'ours'").iterrows()]
+    return [" ".join(caveats(row, study)) for _, row in study.tables["calibration"].query("surrogate == 'ours'").iterrows()]
 
 
-def caveats(optimum: Mapping, tables: Mapping[str, pd.DataFrame]) -> list[str]:
+def caveats(optimum: Mapping, study: Study) -> list[str]:
     """Sentences on one optimum."""
     found = [
         *missed_targets(optimum),
-        *beyond_simulated(optimum, tables["reachability"]),
+        *beyond_simulated(optimum, study.tables["reachability"], study.responses),
+        *outside_interval(optimum),
         *doubts(optimum),
-        *undetermined(optimum["case"], tables["identifiability"]),
+        *undetermined(optimum["case"], study.tables["identifiability"]),
     ]
     return [f"{optimum['case']}:", *(found or ["nothing to add."])]
 
@@ -152,11 +155,28 @@ def missed_targets(optimum: Mapping) -> list[str]:
     return sentences
 
 
-def beyond_simulated(optimum: Mapping, reachability: pd.DataFrame) -> list[str]:
+def outside_interval(optimum: Mapping) -> list[str]:
+    """Why the variables of an optimum lie outside their own 95 % intervals."""
+    outside = [name for name in VARIABLES if not optimum[f"{name}_low_95"] <= optimum[name] <= optimum[f"{name}_high_95"]]
+    if not outside:
+        return []
+    large = optimum.get(f"weight_{LARGE_GRAINS}", 0.0) > 0
+    why = (
+        "the optimum also prefers large grains" if large else "the optimum weighs the errors of the targets, not their probability"
+    )
+    return [
+        f"Its {', '.join(map(symbol, outside))} lies outside the 95 % interval, as {why}, and the interval holds what is probable."
+    ]
+
+
+def beyond_simulated(optimum: Mapping, reachability: pd.DataFrame, responses: Responses) -> list[str]:
     """Predictions at an optimum that lie outside the range of all simulations of the campaign."""
     sentences = []
-    for response in RESPONSES.values():
-        simulated = reachability[reachability["response"] == response.name].iloc[0]
+    for response in responses.values():
+        known = reachability[reachability["response"] == response.name]
+        if known.empty:
+            continue
+        simulated = known.iloc[0]
         low, high, value = simulated["lowest_simulated"], simulated["highest_simulated"], optimum[response.column]
         if not low <= value <= high:
             sentences.append(

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import pandas as pd
 
-from virtual_soil.report.experiments import EXPERIMENTS, runs
+from virtual_soil.report.experiments import of_study, runs
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.quantities import VARIABLES
 from virtual_soil.report.study import Study
@@ -15,10 +15,9 @@ LINKS = {"checks": "Checks and sources"}
 FIGURES: dict[str, Entry] = {}
 TABLES = {"acceleration": "Bias of the acceleration"}
 
-#: Assumptions of all experiments.
+#: Assumptions beside those of the experiments.
 ASSUMPTIONS = (
     "Equal spheres unless a spread of radii is configured; the paper does not say.",
-    *(assumption for experiment in EXPERIMENTS for assumption in experiment.ASSUMPTIONS),
     "In the radius sweep the geometry grows with the grains unless configured otherwise; the lift speed stays.",
     "The paper's Equation 3 is read with c in kPa and r0 = 200 µm for the shear test: only then does it give the printed values.",
 )
@@ -41,7 +40,7 @@ def words(study: Study) -> dict:
     return {
         "remarks": acceleration_remarks(study.tables["acceleration"]),
         "failed": failed_table(runs(study)),
-        "assumptions": ASSUMPTIONS,
+        "assumptions": [*(text for experiment in of_study(study.config) for text in experiment.ASSUMPTIONS), *ASSUMPTIONS],
     }
 
 

@@ -6,7 +6,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from virtual_soil.calibration import paper
-from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.calibration.response import Responses
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas
 from virtual_soil.report.quantities import VARIABLES, header, variable_cells
@@ -35,8 +35,8 @@ def figures(study: Study) -> dict[str, Item]:
 def tables(study: Study) -> dict[str, pd.DataFrame]:
     """Optima and minima."""
     return {
-        "optimisation": optimisation_table(study.tables["calibration"]),
-        "minima": minima_table(study.tables["minima"]),
+        "optimisation": optimisation_table(study.tables["calibration"], study.responses),
+        "minima": minima_table(study.tables["minima"], study.responses),
     }
 
 
@@ -57,40 +57,41 @@ def iterations(history: pd.DataFrame) -> Figure:
     return figure
 
 
-def optimisation_table(calibration: pd.DataFrame) -> pd.DataFrame:
+def optimisation_table(calibration: pd.DataFrame, responses: Responses) -> pd.DataFrame:
     """All optima, and the printed ones."""
-    rows = [optimum_row(row) for _, row in calibration.iterrows()]
-    rows += [printed_row(case, printed) for case, printed in paper.OPTIMA.items()]
+    rows = [optimum_row(row, responses) for _, row in calibration.iterrows()]
+    rows += [printed_row(case, printed, responses) for case, printed in paper.OPTIMA.items()]
     order = {case: k for k, case in enumerate(dict.fromkeys(calibration["case"]))}
-    headers = [*map(header, VARIABLES.values()), *map(header, RESPONSES.values())]
+    headers = [*map(header, VARIABLES.values()), *map(header, responses.values())]
     columns = ["case", "source", *headers, "cost", "iterations", "Gauss–Newton"]
     return pd.DataFrame(sorted(rows, key=lambda row: order.get(row[0], len(order))), columns=columns)
 
 
-def optimum_row(row: Mapping) -> tuple:
+def optimum_row(row: Mapping, responses: Responses) -> tuple:
     """An optimum of ours."""
     end = number(row["cost"], 5), row["iterations"], spoken(row["status"])
-    return row["case"], SOURCES[row["surrogate"]], *optimum_cells(row), *end
+    return row["case"], SOURCES[row["surrogate"]], *optimum_cells(row, responses), *end
 
 
-def printed_row(case: str, printed: Mapping) -> tuple:
+def printed_row(case: str, printed: Mapping, responses: Responses) -> tuple:
     """An optimum that the paper prints."""
-    return case, "printed in the paper", *optimum_cells(printed), "–", printed["iterations"] or "–", STATUS[printed["converged"]]
+    end = "–", printed["iterations"] or "–", STATUS[printed["converged"]]
+    return case, "printed in the paper", *optimum_cells(printed, responses), *end
 
 
-def optimum_cells(row: Mapping) -> list[str]:
+def optimum_cells(row: Mapping, responses: Responses) -> list[str]:
     """Parameters and properties of one optimum."""
-    return [*variable_cells(row), *(number(row.get(r.column), DIGITS.get(r.unit, 1)) for r in RESPONSES.values())]
+    return [*variable_cells(row), *(number(row.get(r.column), DIGITS.get(r.unit, 1)) for r in responses.values())]
 
 
-def minima_table(minima: pd.DataFrame) -> pd.DataFrame:
+def minima_table(minima: pd.DataFrame, responses: Responses) -> pd.DataFrame:
     """Every distinct minimum of our surrogates."""
     ours = minima[minima["surrogate"] == "ours"]
     return pd.DataFrame(
         {
             "case": ours["case"],
             **{header(v): [number(x, v.digits + 1, v.scale) for x in ours[name]] for name, v in VARIABLES.items()},
-            **{header(response): [number(x) for x in ours[response.column]] for response in RESPONSES.values()},
+            **{header(response): [number(x) for x in ours[response.column]] for response in responses.values()},
             "cost": [number(v, 5) for v in ours["cost"]],
             "at an edge": ours["at_bound"].str.replace(",", ", "),
             "condition": [f"{v:.2g}" for v in ours["condition_number"]],

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.calibration.response import Responses
 from virtual_soil.report import experiments
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.quantities import header, printed_unit
@@ -23,7 +23,7 @@ def figures(_study: Study) -> dict[str, Item]:
 
 def tables(study: Study) -> dict[str, pd.DataFrame]:
     """Table 2."""
-    return {"screening": screening_table(study.tables["screening"])}
+    return {"screening": screening_table(study.tables["screening"], study.responses)}
 
 
 def words(study: Study) -> dict:
@@ -34,9 +34,9 @@ def words(study: Study) -> dict:
     return {"remarks": [*experiments.remarks(NAME, study), effect]}
 
 
-def screening_table(table: pd.DataFrame) -> pd.DataFrame:
+def screening_table(table: pd.DataFrame, responses: Responses) -> pd.DataFrame:
     """Table 2, ours beside the paper's."""
-    response = next(response for response in RESPONSES.values() if response.column in table)
+    response = next(response for response in responses.values() if response.column in table)
     ours, theirs = table[response.column], table["paper_angle_deg"]
     return pd.DataFrame(
         {

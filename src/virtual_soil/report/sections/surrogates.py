@@ -5,9 +5,8 @@ from collections.abc import Mapping
 import pandas as pd
 
 from virtual_soil.calibration.paper import published
-from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report import experiments, response_plots
-from virtual_soil.report.experiments import EXPERIMENTS, measured
+from virtual_soil.report.experiments import EXPERIMENTS, measured, of_study
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.quantities import enumerated, symbol
 from virtual_soil.report.study import Study, has_friction_grid, known_points
@@ -27,7 +26,10 @@ def response_title(words: str, paper_figure: str | None) -> str:
 
 FIGURES = {
     **{name: entry for experiment in EXPERIMENTS for name, entry in experiment.FIGURES.items()},
-    **{response.name: Entry(response_title(response.words, figure), friction_grid=True) for response, figure in measured().items()},
+    **{
+        response.name: Entry(response_title(response.words, figure), friction_grid=True)
+        for response, figure in measured(EXPERIMENTS).items()
+    },
     "surfaces": Entry(
         "Response surfaces",
         view="surfaces",
@@ -46,7 +48,7 @@ TABLES = {
 
 def figures(study: Study) -> dict[str, Item]:
     """Figures of every experiment, of every response, and of all responses together."""
-    items = {name: item for experiment in EXPERIMENTS for name, item in experiment.figures(study).items()}
+    items = {name: item for experiment in of_study(study.config) for name, item in experiment.figures(study).items()}
     return items | (response_figures(study) if has_friction_grid(study.config) else {})
 
 
@@ -61,25 +63,29 @@ def tables(study: Study) -> dict[str, pd.DataFrame]:
 
 def words(study: Study) -> dict:
     """Figures in their order, and the limits of the surrogates."""
+    tests = of_study(study.config)
     return {
-        "experiments": EXPERIMENTS,
-        "specimens": " or ".join(experiment.SPECIMEN for experiment in EXPERIMENTS),
-        "since": ", or ".join(experiment.DISPLACED_SINCE for experiment in EXPERIMENTS),
-        "responses": [response.name for response in measured()],
+        "experiments": tests,
+        "specimens": " or ".join(experiment.SPECIMEN for experiment in tests),
+        "since": ", or ".join(dict.fromkeys(experiment.DISPLACED_SINCE for experiment in tests)),
+        "responses": [response.name for response in measured(tests)],
         "remarks": [*experiments.remarks(NAME, study), *fit_remarks(study.models["chosen"])],
     }
 
 
 def response_figures(study: Study) -> dict[str, Item]:
     """Responses over the friction grid and the radius sweep, and their errors."""
-    known = {name: known_points(study.tables, response) for name, response in RESPONSES.items()}
+    known = {name: known_points(study.tables, response) for name, response in study.responses.items()}
     grids, sweeps = (
         {name: table[table["purposes"].str.contains(purpose)] for name, table in known.items()} for purpose in ("grid", "sweep")
     )
     chosen, radius_m = study.models["chosen"], study.config["material"]["radius_m"]
-    names = enumerated([response.words for response in RESPONSES.values()])
+    names = enumerated([response.words for response in study.responses.values()])
     return {
-        **{response.name: response_figure(study, response.name, grids[response.name]) for response in measured()},
+        **{
+            response.name: response_figure(study, response.name, grids[response.name])
+            for response in measured(of_study(study.config))
+        },
         "surfaces": Item(
             response_plots.surfaces(grids, chosen, radius_m),
             pd.concat(list(grids.values())),
@@ -100,9 +106,9 @@ def response_figures(study: Study) -> dict[str, Item]:
 
 def response_figure(study: Study, name: str, grid: pd.DataFrame) -> Item:
     """A response over the friction grid, with the paper's surrogate if the paper shows it."""
-    response, radius_m = RESPONSES[name], study.config["material"]["radius_m"]
+    response, radius_m = study.responses[name], study.config["material"]["radius_m"]
     fits = {"chosen": study.models["chosen"][name], "polynomial": study.models["quadratic"][name]}
-    printed = published().get(name) if measured()[response] else None
+    printed = published().get(name) if measured(EXPERIMENTS)[response] else None
     return Item(
         response_plots.response_lines(grid, response, fits, radius_m, printed),
         grid,

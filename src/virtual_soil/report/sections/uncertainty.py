@@ -71,12 +71,14 @@ def iso_responses(calibration: pd.DataFrame, posterior: pd.DataFrame, equivalent
 
 
 def draw_iso_response(axes, name: str, surrogate, optimum: Mapping, colour: str) -> None:
-    """The curve on which a response has its target at the optimum's radius, and a band around it."""
+    """The curve on which a response has its target at the optimum's radius, and a band around it; nothing without a target."""
     ranges = [surrogate.ranges[name] for name in ("static_friction", "rolling_friction")]
     s, r = np.meshgrid(*(np.linspace(low, high, N_POINTS) for low, high in ranges))
     values = {"static_friction": s, "rolling_friction": r, "radius_m": np.full_like(s, optimum["radius_m"])}
     response, field = RESPONSES[name], surrogate.predict(values)
     target = optimum[f"target_{response.column}"]
+    if pd.isna(target):
+        return
     reached = field.min() <= target <= field.max()
     axes.plot([], [], color=colour, label=f"{response.words} {response.symbol} = {target:g}" + ("" if reached else ": nowhere"))
     if reached:

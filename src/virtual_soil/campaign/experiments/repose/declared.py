@@ -25,6 +25,8 @@ from virtual_soil.campaign.settings import choice, setting
 NAME = "repose"
 #: Nouns for one simulation, for several, and for the samples that each seed prepares.
 NOUNS = ("heap", "heaps", "heaps")
+#: True if studies that name no experiments have it.
+BY_DEFAULT = True
 
 RESPONSES = (
     Response(
@@ -125,6 +127,11 @@ def loads(config: dict) -> list[float]:
 def check_loads(config: dict) -> list[float]:
     """Loads of the check points."""
     return [math.nan]
+
+
+def floors(config: dict) -> dict[str, float]:
+    """Least scale of the errors of a response: none beside the combined uncertainties."""
+    return {}
 
 
 def wall_frictions(material: dict, config: dict) -> tuple[float, float]:

@@ -14,6 +14,8 @@ from virtual_soil.campaign.settings import choice, setting
 NAME = "shear"
 #: Nouns for one simulation, for several, and for the samples that each seed prepares.
 NOUNS = ("shear test", "shear tests", "specimens")
+#: True if studies that name no experiments have it.
+BY_DEFAULT = True
 
 RESPONSES = (
     Response(
@@ -61,6 +63,8 @@ SEEDS = {"design": [1, 2], "check": [1, 2], "refine": [1, 2], "verify": [101, 10
 #: Status of the simulations that count; the others enter no fit.
 SOUND = ("done",)
 
+#: Cohesions closer than this fraction of the largest normal stress are one: no regression through the tests tells them apart.
+RESOLVED_RATIO = 0.01
 #: Duration of the consolidation: inertial times, and minimum number of steps.
 CONSOLIDATION_TIMES, CONSOLIDATION_STEPS = 40.0, 5500
 
@@ -142,6 +146,11 @@ def loads(config: dict) -> list[float]:
 def check_loads(config: dict) -> list[float]:
     """Normal stresses in Pa of the check points."""
     return config["fidelity"]["check"]["normal_stresses_pa"]
+
+
+def floors(config: dict) -> dict[str, float]:
+    """Least scale of the errors of a response: the test resolves no smaller ones."""
+    return {"cohesion": RESOLVED_RATIO * max(loads(config))}
 
 
 def wall_frictions(material: dict, config: dict) -> tuple[float, float]:

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from virtual_soil.calibration.errors import demand
+from virtual_soil.calibration.noise import student
 from virtual_soil.campaign.experiments.common import SOIL_KEYS
 
 #: Minimum number of distinct normal stresses for a line with a standard error.
@@ -44,6 +45,9 @@ class StrengthLine:
 def fit_line(normal_stress_pa: np.ndarray, shear_strength_pa: np.ndarray) -> StrengthLine:
     """Fit n shear strengths to their normal stresses, arrays (n,), by weighted regression.
 
+    The standard errors have Student's factor for n - 2 degrees of freedom (see `noise.student`): a line through few tests can be
+    straight by chance.
+
     Raises CalibrationError for fewer than three distinct stresses or for values that are not finite.
     """
     p, tau = np.asarray(normal_stress_pa, float), np.asarray(shear_strength_pa, float)
@@ -57,7 +61,7 @@ def fit_line(normal_stress_pa: np.ndarray, shear_strength_pa: np.ndarray) -> Str
     residuals = tau - design @ (c, slope)
     mean = np.average(tau, weights=weights)
     squares = float(weights @ residuals**2)
-    covariance = np.linalg.inv(normal) * squares / (len(p) - 2)
+    covariance = np.linalg.inv(normal) * squares / (len(p) - 2) * student(len(p) - 2) ** 2
     return StrengthLine(
         cohesion_pa=float(c),
         cohesion_se_pa=float(np.sqrt(covariance[0, 0])),
