@@ -5,7 +5,8 @@ import pandas as pd
 import pytest
 
 from virtual_soil.calibration.errors import CalibrationError
-from virtual_soil.campaign.experiments.shear.mohr_coulomb import fit_line, strength_table
+from virtual_soil.campaign.experiments.mohr_coulomb import fit_line
+from virtual_soil.campaign.experiments.shear.measure import reduce
 
 STRESSES = np.array([100.0, 200.0, 400.0, 800.0])
 
@@ -28,6 +29,10 @@ def test_the_stated_errors_cover_the_truth_as_often_as_they_should():
     assert 0.90 < covered < 0.97
     covered = np.mean([abs(line.friction_angle_deg - 32.0) < 2 * line.friction_angle_se_deg for line in lines])
     assert 0.90 < covered < 0.97
+
+
+def strength_table(runs, strength, normal_stress):
+    return reduce("strength", runs, {"strength": strength, "normal_stress": normal_stress})
 
 
 def shear_rows(fidelity="campaign", status="done", stresses=STRESSES):

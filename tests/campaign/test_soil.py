@@ -77,6 +77,15 @@ def test_a_dry_sands_intercept_may_lie_below_zero_by_its_own_error_but_not_by_mo
         (VALUES.replace(", source: book}", "}", 1), "cohesion_pa.source is missing"),
         (VALUES + "colour: grey\n", r"keys \['colour'\] is unknown"),
         ("{}", "sand.yaml is no response; allowed: at least one of angle_of_repose_deg"),
+        (
+            VALUES.replace("26.6", "0.46"),
+            "friction_angle_deg is 0.46; allowed: usually 1 to 75 deg; if it is meant, add `insist: true`",
+        ),
+        (VALUES.replace("30.0", "80.0"), "angle_of_repose_deg is 80; allowed: usually 1 to 75 deg"),
+        (
+            VALUES.replace("source: book}", "source: book, insist: maybe}", 1),
+            "cohesion_pa.insist is 'maybe'; allowed: true or false",
+        ),
         ("direct_shear_csv: {file: ../outside.csv, shear_area_m2: 1}", "file is ../outside.csv; allowed: a file beside"),
     ],
 )
@@ -129,3 +138,14 @@ def test_the_example_is_read_and_says_that_it_is_synthetic():
         abs(table.loc["cohesion", "value"] - 800.0) < 2 * table.loc["cohesion", "standard_uncertainty"]
     )  # it was made with 800 Pa
     assert table.loc["friction_angle", "value"] == pytest.approx(34.0, abs=1.5)
+
+
+def test_whoever_insists_may_have_unusual_numbers(tmp_path):
+    text = VALUES.replace("value: 30.0, source: book", "value: 80.0, source: book, insist: true")
+    assert measure_soil(write(tmp_path, text)).set_index("property").loc["angle_of_repose", "value"] == 80.0
+    rows = [f"{k},{p},{x},{0.6 * p * 3600}" for k, p in enumerate((1e3, 2e3, 4e3)) for x in (0.0, 1.0)]
+    write(tmp_path, "\n".join(["test,normal_stress_pa,displacement_m,force_n", *rows]), "shear.csv")
+    area = "direct_shear_csv: {file: shear.csv, shear_area_m2: 3600}\n"
+    with pytest.raises(CalibrationError, match="direct_shear_csv.shear_area_m2 is 3600; allowed: usually 0.0001 to 10 m2"):
+        measure_soil(write(tmp_path, area))
+    assert len(measure_soil(write(tmp_path, area.replace("}", ", insist: true}")))) == 2

@@ -2,7 +2,10 @@
 
 import copy
 import json
+import re
+from functools import reduce
 from importlib import import_module
+from operator import getitem
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,7 +18,7 @@ from virtual_soil.campaign import generate, settings
 from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.experiments import MODULES, module_of
 from virtual_soil.campaign.experiments.registry import EXPERIMENTS, REDUCED
-from virtual_soil.campaign.sections import TERMS, Study
+from virtual_soil.campaign.sections import USUAL_TERMS, Study
 from virtual_soil.campaign.study import StudyError, check_config, check_files, design_rows, experiment_settings, simulations
 
 #: A point within the design.
@@ -25,9 +28,11 @@ OTHERS = {
     "study": "another",
     "design.variables": None,  # follows grid and sweep, which are changed themselves
     "soils": ["lunar_regolith", "silica_barco_sand"],
-    "optimise.cases": [{"case": "a", "soil": "lunar_regolith", "weights": dict.fromkeys(TERMS, 1.0)}],
-    "twins": {"t": {**MIDDLE, "repose_seeds": [9], "shear_seeds": [9]}},
+    "optimise.cases": [{"case": "a", "soil": "lunar_regolith", "weights": dict.fromkeys(USUAL_TERMS, 1.0)}],
+    "twins": {"t": {**MIDDLE, "repose_seeds": [9], "shear_seeds": [9], "plane_shear_seeds": [9]}},
     "design.geometry": None,  # see the test of its own: 3000 grains of 500 um do not fit into the tube of 50 um
+    "insist": None,  # no result depends on it
+    "experiments": None,  # see the test of its own: soils and weights go with them
     "screening.response": None,  # a response of another experiment has no base runs in this study
 }
 
@@ -71,9 +76,14 @@ def other(value, rules):
     return {**value, name: other(value[name], {})}
 
 
+def complete():
+    """The default study with all experiments."""
+    return settings.defaults(Study) | {"experiments": [experiment.NAME for experiment in reversed(EXPERIMENTS)]}
+
+
 def changed(key):
-    """The default study with another value of one key, and whether there is one."""
-    config = settings.defaults(Study)
+    """The complete study with another value of one key; None if there is none."""
+    config = complete()
     target, (*parents, last) = config, key.split(".")
     for parent in parents:
         target = target[parent]
@@ -132,7 +142,7 @@ KEYS = [name for name, *_ in settings.leaves(Study)]
 
 
 def test_every_setting_changes_a_simulation_or_a_rule(monkeypatch):
-    plain = settings.defaults(Study)
+    plain = complete()
     same_simulations, same_rules = identities(plain), parameters(plain, monkeypatch)
     without_effect = []
     for key in KEYS:
@@ -143,6 +153,13 @@ def test_every_setting_changes_a_simulation_or_a_rule(monkeypatch):
         if identities(config) == same_simulations and parameters(config, monkeypatch) == same_rules:
             without_effect.append(key)
     assert without_effect == []
+
+
+def test_a_study_has_the_simulations_of_its_experiments():
+    config = complete()
+    assert {row["experiment"] for row in design_rows(config)} == set(config["experiments"])
+    few = config | {"experiments": ["repose", "plane_shear"]}
+    assert {row["experiment"] for row in design_rows(few)} == set(few["experiments"])
 
 
 def test_the_geometry_is_of_the_simulations_identity():
@@ -159,3 +176,24 @@ def test_a_key_that_is_given_twice_is_refused(text, tmp_path):
     path.write_text(text)
     with pytest.raises(StudyError, match=r"study.yaml: not a sound YAML file \(the key '\w+' is given twice, again in line \d\)"):
         check_files([path])
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("material.radius_m", 50.0, "material.radius_m: 50 is unusual; usual: 1e-06 to 0.1, in the unit of the name"),
+        ("material.shear_modulus_pa", 50.0, "material.shear_modulus_pa: 50 is unusual; usual: 10000 to 1e+12"),
+        ("material.density_kg_m3", 3.0, "material.density_kg_m3: 3 is unusual; usual: 100 to 25000"),
+        ("design.sweep", {"radius_m": [25.0, 50.0, 100.0]}, "design.sweep.radius_m: 25 is unusual"),
+        ("shear.normal_stresses_pa", [0.05, 0.1, 0.2], "shear.normal_stresses_pa: 0.05 is unusual; usual: 1 to 5e+06"),
+    ],
+)
+def test_numbers_that_are_wrong_by_magnitudes_are_refused_unless_insisted_on(key, value, message):
+    config = settings.defaults(Study)
+    *parents, last = key.split(".")
+    reduce(getitem, parents, config)[last] = value
+    with pytest.raises(StudyError, match=re.escape(message)) as refused:
+        check_config(config)
+    named = re.findall(r"insist: \[(.+?)\]", str(refused.value))
+    assert named
+    check_config(config | {"insist": named})

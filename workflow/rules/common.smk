@@ -53,6 +53,8 @@ CHECKPOINT_INTERVAL_S = str(
 )  # Snakemake resources are integers or strings
 # Nor must the batch size.
 BATCH_MINUTES = config.pop("batch_minutes")
+# Nor must the list of keys whose unusual numbers are meant.
+config.pop("insist")
 in_words(check_soils, config)
 config.update(in_declared_order(config, Study))
 

@@ -2,14 +2,17 @@
 
 The box is periodic in x and y: nothing but the soil resists, and the strain has no end, so one run gives the peak and the steady
 (critical-state) strength. The floor moves along +x at constant speed; the lid rests on the soil under a constant force and rises as
-the soil dilates. Floor and lid are rough by the grains glued to them (see `dem.experiments.specimen`).
+the soil dilates. Floor and lid are rough by the grains glued to them (see `dem.experiments.specimen`). There is no gravity, so that
+the normal stress is the lid's everywhere.
+
+A run goes on until its strength is steady (see `dem.experiments.strength`), or to the largest strain, and then says so.
 
 Signs: `shear_force_n` is what the soil does to the floor along -x, positive when it resists.
 """
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,12 +26,12 @@ from dem.experiments.specimen import (
     lid_height_m,
     roughen,
     solid_fraction,
-    weight_above_n,
 )
 from dem.experiments.state import State
+from dem.experiments.strength import LEAST_SAMPLES, steady
 
-#: Samples per unit of shear strain.
-SAMPLES_PER_STRAIN = 50
+#: Samples per unit of shear strain, and strain between two looks whether the strength is steady.
+SAMPLES_PER_STRAIN, LOOK_STRAIN = 50, 0.5
 #: Layers over the height in which the velocity is averaged.
 N_LAYERS = 10
 
@@ -37,11 +40,12 @@ N_LAYERS = 10
 class Setup(Specimen):
     """Geometry and protocol; ratios are over scale_radius_m.
 
-    shear_strain: displacement of the floor over the height of the bed before shearing. The inertial number I sets the shear rate:
-    U / h = I / (d sqrt(rho/p)).
+    shear_strain, max_shear_strain: displacement of the floor over the height of the bed before shearing, at which the test may end
+    if the strength is steady, and at which it ends. The inertial number I sets the shear rate: U / h = I / (d sqrt(rho/p)).
     """
 
     shear_strain: float
+    max_shear_strain: float
     inertial_number: float
 
 
@@ -49,10 +53,12 @@ class Setup(Specimen):
 class PlaneShear(Rich):
     """Results of the test: time series, grains before and after, counts. See `record` for the series' names.
 
-    velocity_profile (N_LAYERS,): mean velocity of equally thick layers along x over that of the floor, from the floor up, in the
-    second half of the strain; nan where there were no grains.
+    status: "steady", or "unsteady" if the strength still changed at the largest strain. velocity_profile (N_LAYERS,): mean velocity
+    of equally thick layers along x over that of the floor, from the floor up, after half of shear_strain; nan where there were no
+    grains.
     """
 
+    status: str
     history: dict[str, np.ndarray]
     before: Grains
     after: Grains
@@ -77,8 +83,8 @@ def shear_rate(soil: Soil, setup: Setup) -> float:
 
 
 def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
-    """Box with dropped grains and the lid above them, at time 0."""
-    return filled(soil, setup, engine, seed, sides=[])
+    """Box with grains on a loose lattice and the lid above them, at time 0, without gravity."""
+    return filled(soil, setup, replace(engine, gravity_m_s2=0.0), seed, sides=[])
 
 
 def start(soil: Soil, setup: Setup, engine: Engine, seed: int) -> State:
@@ -87,7 +93,7 @@ def start(soil: Soil, setup: Setup, engine: Engine, seed: int) -> State:
 
 
 def record(simulation: Simulation, setup: Setup, displacement: float, height: float) -> dict[str, float]:
-    """One sample. The normal stress is that at half the height: the lid's force and the weight of the upper half."""
+    """One sample. The normal stress is what the soil does to the lid."""
     force, top = simulation.mean_wall_forces_n, lid_height_m(simulation)
     shear_force = -force["floor"][0]
     return {
@@ -97,7 +103,7 @@ def record(simulation: Simulation, setup: Setup, displacement: float, height: fl
         "shear_force_n": shear_force,
         "shear_stress_pa": shear_force / setup.area_m2,
         "applied_normal_stress_pa": setup.normal_stress_pa,
-        "plane_normal_stress_pa": (force["lid"][2] + weight_above_n(simulation, 0.5 * top)) / setup.area_m2,
+        "plane_normal_stress_pa": force["lid"][2] / setup.area_m2,
         "lid_height_m": top,
         "solid_fraction": solid_fraction(simulation.grains.radii_m, setup, top),
     }
@@ -133,7 +139,21 @@ def shear(state: State, soil: Soil, setup: Setup) -> None:
     }
     state.note_grains("before", simulation.grains)
     simulation.move_wall("floor", (shear_rate(soil, setup) * top, 0.0, 0.0))
-    state.begin("strain", math.ceil(SAMPLES_PER_STRAIN * setup.shear_strain) * sample_steps(soil, setup, simulation))
+    state.begin("strain", math.ceil(SAMPLES_PER_STRAIN * setup.max_shear_strain) * sample_steps(soil, setup, simulation))
+
+
+def is_steady(samples: list[dict[str, float]]) -> bool:
+    """True if the strength recorded so far is steady; so short a curve that it cannot be told is not."""
+    if len(samples) < LEAST_SAMPLES:
+        return False
+    curve = ([sample[name] for sample in samples] for name in ("shear_strain", "shear_stress_pa", "plane_normal_stress_pa"))
+    return steady(*curve).steady
+
+
+def may_end(samples: list[dict[str, float]], setup: Setup) -> bool:
+    """True at the looks from shear_strain on at which the strength is steady."""
+    beyond = len(samples) - math.ceil(SAMPLES_PER_STRAIN * setup.shear_strain)
+    return beyond >= 0 and beyond % round(SAMPLES_PER_STRAIN * LOOK_STRAIN) == 0 and is_steady(samples)
 
 
 def run(
@@ -146,7 +166,7 @@ def run(
     state: State | None = None,
     keep: Callable[[State], None] | None = None,
 ) -> PlaneShear:
-    """Consolidate, shear, and return the record; or finish a test that was interrupted in a state.
+    """Consolidate, shear until steady, and return the record; or finish a test that was interrupted in a state.
 
     `each` and `keep` as in `dem.experiments.direct_shear.run`. A run that goes on from a state ends as it would have without the
     interruption, bit for bit.
@@ -169,16 +189,17 @@ def run(
             each(simulation, "strain")
         if simulation.n_left:
             raise SimulationError(f"{simulation.n_left} grains leaked out of the plane shear cell")
-        return False
+        return may_end(notes["samples"], setup)
 
     if state.stage == "consolidate":
         consolidate(state, soil, each, keep)
         shear(state, soil, setup)
-    state.go_on(sampling, keep, sample_steps(soil, setup, simulation))
+    ended = state.go_on(sampling, keep, sample_steps(soil, setup, simulation))
     notes, before = state.notes, state.noted_grains("before")
     samples, (sums, counts) = notes["samples"], np.asarray(notes["layers"])
     floor_m_s = shear_rate(soil, setup) * notes["top_m"]
     return PlaneShear(
+        status="steady" if ended or is_steady(samples) else "unsteady",
         history={name: np.array([sample[name] for sample in samples]) for name in samples[0]},
         before=before,
         after=simulation.grains,

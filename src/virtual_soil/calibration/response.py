@@ -19,6 +19,7 @@ class Response:
     error_column : column of its standard error in that table, where each row is a regression with n_runs and relative_scatter;
         None where each row is a run, whose error is the scatter over seeds.
     maximum : upper bound of a target, which must lie below it; the lower bound is 0, excluded unless `signed`.
+    usual : lowest and highest target that nobody need insist on, in `unit`; others are most often in another unit.
     signed : True for an intercept: a regression through noisy tests may put it below zero.
     smallest_scale : errors relative to the target are taken relative to at least this, in `unit`.
     of_consequence, decisive_error : smallest difference that matters to a user, and the standard error that a simulated mean needs
@@ -33,6 +34,7 @@ class Response:
     table: str
     error_column: str | None = None
     maximum: float = float("inf")
+    usual: tuple[float, float] = (float("-inf"), float("inf"))
     signed: bool = False
     smallest_scale: float = 0.0
     of_consequence: float = 1.0

@@ -25,15 +25,15 @@ def seeds(stage: str) -> dict:
 class Material:
     """The grains, unless the design varies them: the paper's base set (Briend et al. 2011, "Sensitivity analysis")."""
 
-    radius_m: float = setting("mean grain radius", 50e-6, above=0)
+    radius_m: float = setting("mean grain radius", 50e-6, above=0, usual=(1e-6, 0.1))
     radius_sd_ratio: float = setting(
         "standard deviation of the radii over their mean; 0 = equal spheres", 0.0, minimum=0, maximum=0.4
     )
-    density_kg_m3: float = setting("density of the grains' solid", 3000.0, above=0)
+    density_kg_m3: float = setting("density of the grains' solid", 3000.0, above=0, usual=(100.0, 25e3))
     poisson_ratio: float = setting("Poisson's ratio of the grains' solid", 0.2, above=-1, below=0.5)
-    shear_modulus_pa: float = setting("shear modulus of the grains' solid", 5e7, above=0)
-    static_friction: float = setting("coefficient of static friction between grains", 0.3, minimum=0)
-    rolling_friction: float = setting("coefficient of rolling friction between grains", 0.1, minimum=0)
+    shear_modulus_pa: float = setting("shear modulus of the grains' solid", 5e7, above=0, usual=(1e4, 1e12))
+    static_friction: float = setting("coefficient of static friction between grains", 0.3, minimum=0, usual=(0.0, 3.0))
+    rolling_friction: float = setting("coefficient of rolling friction between grains", 0.1, minimum=0, usual=(0.0, 3.0))
     restitution: float = setting("coefficient of restitution", 0.5, above=0, maximum=1)
 
 
@@ -177,37 +177,26 @@ class Engine:
         False,
     )
     vector_code: bool = setting("explicit vector code for the main kernels; false: plain numba, identical within rounding", True)
-    gravity_m_s2: float = setting("gravitational acceleration", 9.81, above=0)
+    gravity_m_s2: float = setting("gravitational acceleration", 9.81, above=0, usual=(0.1, 1000.0))
 
 
-def form(sweep_form: str) -> type:
-    """Section of the surrogate of one response."""
-    return make(
-        "Form",
-        "The surrogate of one response.",
-        {
-            "f": (str, choice("polynomial of total degree two in the grid variables", "quadratic", ("quadratic",))),
-            "g": (
-                str,
-                choice("dependence on each sweep variable x/x0: a + b x + c x^2, or 1 - b ln x", sweep_form, ("quadratic", "log")),
-            ),
-            "model": (
-                str,
-                choice(
-                    "surrogate that the optimiser uses; best: the one with the smaller leave-one-out error",
-                    "best",
-                    ("best", "quadratic", "gaussian_process"),
-                ),
-            ),
-        },
+@dataclass(frozen=True, kw_only=True)
+class Form:
+    """The surrogate of one response."""
+
+    f: str = choice("polynomial of total degree two in the grid variables", "quadratic", ("quadratic",))
+    g: str = choice("dependence on each sweep variable x/x0: a + b x + c x^2, or 1 - b ln x", "quadratic", ("quadratic", "log"))
+    model: str = choice(
+        "surrogate that the optimiser uses; best: the one with the smaller leave-one-out error",
+        "best",
+        ("best", "quadratic", "gaussian_process"),
     )
 
 
-FORMS = {name: form(response.sweep_form) for name, response in RESPONSES.items()}
 Surrogates = make(
     "Surrogates",
     "f and g: the paper's polynomials (Equation 3), always fitted; model: the surrogate that the optimiser uses.",
-    {name: (FORMS[name], section(FORMS[name])) for name in RESPONSES},
+    {name: (Form, section(Form, g=response.sweep_form)) for name, response in RESPONSES.items()},
 )
 
 #: Name of the cost term that prefers large grains (the paper's phi4).
@@ -349,6 +338,14 @@ Study = make(
                 "target duration in min of a job of short simulations; 0: one job per simulation; results do not depend on it",
                 0,
                 minimum=0,
+            ),
+        ),
+        "insist": (
+            list[str],
+            setting(
+                "keys whose unusual numbers are meant, as the message that refuses them names them; results do not depend on it",
+                [],
+                of={"uniqueItems": True, "items": {"type": "string"}},
             ),
         ),
         "experiments": (

@@ -18,16 +18,20 @@ KINDS = {float: "number", int: "integer", bool: "boolean", str: "string", dict: 
 BOUNDS = {"minimum": "minimum", "above": "exclusiveMinimum", "maximum": "maximum", "below": "exclusiveMaximum"}
 
 
-def setting(meaning: str, default: Any, *, note: str = "", of: dict | None = None, **bounds: Any) -> Any:
+def setting(
+    meaning: str, default: Any, *, note: str = "", of: dict | None = None, usual: tuple[float, float] | None = None, **bounds: Any
+) -> Any:
     """Declare a setting.
 
     Parameters
     ----------
     meaning : one phrase, with the unit if the name has none. default : value in the default study. note : background in one
     sentence, for the default configuration file. of : further keywords of the schema. bounds : minimum, above (exclusive), maximum,
-    below (exclusive); for a list or a mapping they apply to its numbers.
+    below (exclusive); for a list or a mapping they apply to its numbers. usual : lowest and highest number that nobody need insist
+    on; one beyond is most often in another unit.
     """
-    metadata = {"meaning": meaning, "note": note, "of": of or {}, "bounds": {BOUNDS[key]: value for key, value in bounds.items()}}
+    limits = {BOUNDS[key]: value for key, value in bounds.items()}
+    metadata = {"meaning": meaning, "note": note, "of": of or {}, "usual": usual, "bounds": limits}
     if isinstance(default, dict | list):
         return dataclasses.field(default_factory=lambda: default, metadata=metadata)
     return dataclasses.field(default=default, metadata=metadata)

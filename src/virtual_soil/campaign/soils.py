@@ -37,7 +37,12 @@ def measure_soil(path: str | Path) -> pd.DataFrame:
     """
     path = Path(path)
     content = soil_content(path)
-    rows = [row for entry in FILES if entry in content for row in reader(entry).read(path, content[entry])]
+    rows = [
+        {**row, "insist": insists(path, entry, content[entry])}
+        for entry in FILES
+        if entry in content
+        for row in reader(entry).read(path, content[entry])
+    ]
     rows += [from_value(path, response, content[response.column]) for response in RESPONSES.values() if response.column in content]
     found = [row["property"] for row in rows]
     demand(len(found) > 0, f"{path}", "no response", f"at least one of {', '.join(sorted(KEYS))}")
@@ -47,9 +52,10 @@ def measure_soil(path: str | Path) -> pd.DataFrame:
     table = pd.DataFrame(rows)
     table["unit"] = table["property"].map(lambda name: RESPONSES[name].unit)
     table.insert(0, "soil", path.stem)
+    insisted = {RESPONSES[row["property"]].name for row in rows if row.pop("insist", False)}
     for row in rows:
-        check_range(path, RESPONSES[row["property"]], row)
-    return table
+        check_range(path, RESPONSES[row["property"]], row, row["property"] in insisted)
+    return table.drop(columns="insist", errors="ignore")
 
 
 def soil_content(path: Path) -> dict:
@@ -66,8 +72,8 @@ def soil_content(path: Path) -> dict:
     return content
 
 
-def check_range(path: Path, response: Response, row: dict) -> None:
-    """Raise CalibrationError for impossible targets."""
+def check_range(path: Path, response: Response, row: dict, insisted: bool) -> None:
+    """Raise CalibrationError for impossible targets, and for unusual ones unless insisted on."""
     key, value, uncertainty = f"{path}: {response.column}", row["value"], row["standard_uncertainty"]
     if response.signed:
         # the intercept of a regression through noisy tests may be negative
@@ -76,12 +82,19 @@ def check_range(path: Path, response: Response, row: dict) -> None:
     else:
         demand(0 < value < response.maximum, key, value, f"above 0 and below {response.maximum:g} {response.unit}")
     demand(np.isnan(uncertainty) or uncertainty >= 0, f"{key} standard_uncertainty", uncertainty, "zero or more")
+    low, high = response.usual
+    demand(
+        insisted or low <= value <= high,
+        key,
+        f"{value:g}",
+        f"usually {low:g} to {high:g} {response.unit}; if it is meant, add `insist: true` to its entry",
+    )
 
 
 def from_value(path: Path, response: Response, entry) -> dict:
     """Row of a response given as a value."""
     key = response.column
-    allowed = {"value", "source", "standard_uncertainty"}
+    allowed = {"value", "source", "standard_uncertainty", "insist"}
     demand(isinstance(entry, dict) and set(entry) <= allowed, f"{path}: {key}", entry, f"a mapping with keys of {sorted(allowed)}")
     for required in ("value", "source"):
         demand(required in entry, f"{path}: {key}.{required}", "missing", "a value with its source")
@@ -96,7 +109,14 @@ def from_value(path: Path, response: Response, entry) -> dict:
         "standard_uncertainty": np.nan if uncertainty is None else float(uncertainty),
         "source": entry["source"],
         "method": "value",
+        "insist": insists(path, key, entry),
     }
+
+
+def insists(path: Path, key: str, entry: dict) -> bool:
+    """True if an entry of a soil file insists on unusual numbers."""
+    demand(isinstance(entry.get("insist", False), bool), f"{path}: {key}.insist", repr(entry.get("insist")), "true or false")
+    return entry.get("insist", False)
 
 
 def laboratory_files(path: str | Path) -> list[Path]:

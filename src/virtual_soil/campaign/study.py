@@ -3,7 +3,10 @@
 import itertools
 import math
 import re
+from functools import reduce
+from operator import getitem
 from pathlib import Path
+from typing import Any
 
 import jsonschema
 import yaml
@@ -44,6 +47,7 @@ def check_config(config: dict) -> None:
             described(config, schema)
             or list(reserved_names(config))
             or described_materials(config, settings.schema(Material)["properties"])
+            or list(unusual(config))
         )
     if lines:
         raise StudyError("The configuration is not valid:\n" + "\n".join(f"  {line}" for line in lines[:SHOWN]))
@@ -111,14 +115,37 @@ def described(value, schema: dict) -> list[str]:
     return [describe(error) for error in sorted(errors, key=lambda error: list(map(str, error.path)))]
 
 
-def described_materials(config: dict, rules: dict[str, dict]) -> list[str]:
-    """Return a line for every value in the design outside the range of its `material` key."""
+def unusual(config: dict):
+    """Yield a line for every number outside its usual range: most often it is in another unit. Keys in `insist` are left out."""
+    ranges = {key: field.metadata["usual"] for key, field, _ in settings.leaves(Study)}
+    values: dict[str, Any] = {key: reduce(getitem, key.split("."), config) for key, usual in ranges.items() if usual}
+    for place, group in material_groups(config).items():
+        for name, value in group.items():
+            key = f"{place}.{name}"
+            ranges[key], values[key] = ranges.get(f"material.{name}"), value
+    for key, value in values.items():
+        low, high = ranges[key] or (-math.inf, math.inf)
+        numbers = value if isinstance(value, list) else [value]
+        beyond = [number for number in numbers if not low <= number <= high]
+        if beyond and key not in config["insist"]:
+            yield (
+                f"{key}: {beyond[0]:g} is unusual; usual: {low:g} to {high:g}, in the unit of the name. If it is meant, add "
+                f"the key to the study's list: insist: [{key}]"
+            )
+
+
+def material_groups(config: dict) -> dict[str, dict]:
+    """Return the parts of the design that give values to `material` keys, by their own keys."""
     design, check = config["design"], config["fidelity"]["check"]
     groups = {"design.grid": design["grid"], "design.sweep": design["sweep"], "screening.changes": config["screening"]["changes"]}
     groups |= {f"design.sweep_couples.{k}": couple for k, couple in enumerate(design["sweep_couples"])}
-    groups |= {f"fidelity.check.couples.{k}": couple for k, couple in enumerate(check["couples"])}
+    return groups | {f"fidelity.check.couples.{k}": couple for k, couple in enumerate(check["couples"])}
+
+
+def described_materials(config: dict, rules: dict[str, dict]) -> list[str]:
+    """Return a line for every value in the design outside the range of its `material` key."""
     lines = []
-    for place, group in groups.items():
+    for place, group in material_groups(config).items():
         for name, values in group.items():
             for value in values if isinstance(values, list) else [values]:
                 lines += [

@@ -12,6 +12,12 @@ from virtual_soil.calibration.errors import demand
 SOIL_KEYS = tuple(Soil.__dataclass_fields__)
 #: Solid fraction of grains in tube and box.
 SOLID_FRACTION = 0.57
+#: Numbers that nobody need insist on: others are most often in another unit (kPa, MPa, radians).
+USUAL_STRESSES_PA, USUAL_COHESIONS_PA, USUAL_ANGLES_DEG = (1.0, 5e6), (-1e5, 1e6), (1.0, 75.0)
+#: Cohesions closer than this fraction of the largest normal stress are one: no regression through the tests tells them apart.
+RESOLVED_RATIO = 0.01
+#: Duration of a consolidation under the lid: inertial times, and minimum number of steps.
+CONSOLIDATION_TIMES, CONSOLIDATION_STEPS = 40.0, 5500
 #: Minimum of E*/p with grains that are not softened: overlaps of (p/E*)^(2/3) = 1 % of the radius.
 LEAST_STIFFNESS = 1000.0
 

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from dem import Grains
 from virtual_soil.campaign.experiments.registry import RESPONSES as CAMPAIGN_RESPONSES
-from virtual_soil.campaign.experiments.shear.mohr_coulomb import COLUMNS
+from virtual_soil.campaign.experiments.shear.measure import COLUMNS
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas, draw_grains
 from virtual_soil.report.quantities import printed_unit

@@ -11,6 +11,7 @@ from dem.experiments.soil import Soil
 from virtual_soil.calibration.response import Response
 from virtual_soil.campaign.experiments.common import (
     SOLID_FRACTION,
+    USUAL_ANGLES_DEG,
     check_stiffness,
     engine_of,
     filled_height_m,
@@ -36,6 +37,7 @@ RESPONSES = (
         symbol="A",
         table="repose",
         maximum=90.0,
+        usual=USUAL_ANGLES_DEG,
         of_consequence=2.0,
         decisive_error=0.3,
         sweep_form="log",
@@ -109,7 +111,11 @@ class Fidelity:
         note="From 0.1 to 0.4 T_R the angle changes by less than the scatter between seeds.",
     )
     lift_speed_m_s: float = setting(
-        "speed at which the tube is lifted", 5e-3, above=0, note="not accelerated: the angle depends strongly on it"
+        "speed at which the tube is lifted",
+        5e-3,
+        above=0,
+        usual=(1e-5, 1.0),
+        note="not accelerated: the angle depends strongly on it",
     )
 
 

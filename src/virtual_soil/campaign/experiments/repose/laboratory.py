@@ -9,7 +9,7 @@ from virtual_soil.calibration.noise import student
 from virtual_soil.campaign.laboratory import readings, skipped
 
 #: Allowed keys of the entry in a soil file.
-KEYS = frozenset({"file", "source", "columns", "decimal"})
+KEYS = frozenset({"file", "source", "columns", "decimal", "insist"})
 
 
 def read(soil: Path, entry) -> list[dict]:

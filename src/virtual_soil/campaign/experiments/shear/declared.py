@@ -8,7 +8,20 @@ from dataclasses import dataclass
 
 from dem.experiments import direct_shear, specimen
 from virtual_soil.calibration.response import Response
-from virtual_soil.campaign.experiments.common import check_stiffness, engine_of, scale_m, sliding, soil_of, time_step_s
+from virtual_soil.campaign.experiments.common import (
+    CONSOLIDATION_STEPS,
+    CONSOLIDATION_TIMES,
+    RESOLVED_RATIO,
+    USUAL_ANGLES_DEG,
+    USUAL_COHESIONS_PA,
+    USUAL_STRESSES_PA,
+    check_stiffness,
+    engine_of,
+    scale_m,
+    sliding,
+    soil_of,
+    time_step_s,
+)
 from virtual_soil.campaign.settings import choice, setting
 
 NAME = "shear"
@@ -25,6 +38,7 @@ RESPONSES = (
         symbol="c",
         table="strength",
         error_column="cohesion_se_pa",
+        usual=USUAL_COHESIONS_PA,
         signed=True,
         smallest_scale=10.0,  # dry sand has no cohesion, and shear tests cannot resolve a few Pa
         of_consequence=20.0,  # 2 % and 0.5 % of the largest normal stress of the default study
@@ -38,6 +52,7 @@ RESPONSES = (
         table="strength",
         error_column="friction_angle_se_deg",
         maximum=90.0,
+        usual=USUAL_ANGLES_DEG,
         of_consequence=2.0,
         decisive_error=0.5,
     ),
@@ -63,11 +78,6 @@ SEEDS = {"design": [1, 2], "check": [1, 2], "refine": [1, 2], "verify": [101, 10
 #: Status of the simulations that count; the others enter no fit.
 SOUND = ("done",)
 
-#: Cohesions closer than this fraction of the largest normal stress are one: no regression through the tests tells them apart.
-RESOLVED_RATIO = 0.01
-#: Duration of the consolidation: inertial times, and minimum number of steps.
-CONSOLIDATION_TIMES, CONSOLIDATION_STEPS = 40.0, 5500
-
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
@@ -77,7 +87,11 @@ class Settings:
     height_ratio: float = setting("nominal filling height in grain radii", 32.0, minimum=8)
     width_ratio: float = setting("thickness of the periodic slice in grain radii", 5.0, above=4.8)
     normal_stresses_pa: list[float] = setting(
-        "stresses on the lid", [125.0, 250.0, 500.0, 1000.0], above=0, of={"minItems": 3, "uniqueItems": True}
+        "stresses on the lid",
+        [125.0, 250.0, 500.0, 1000.0],
+        above=0,
+        usual=USUAL_STRESSES_PA,
+        of={"minItems": 3, "uniqueItems": True},
     )
     displacement_ratio: float = setting("displacement of the lower frame in grain radii", 9.0, above=0)
     frame_static_friction: float = setting(
@@ -131,7 +145,13 @@ class Fidelity:
 CHECK = {
     "normal_stresses_pa": (
         list[float],
-        setting("stresses on the lid at the check points", [500.0], above=0, of={"minItems": 1, "uniqueItems": True}),
+        setting(
+            "stresses on the lid at the check points",
+            [500.0],
+            above=0,
+            usual=USUAL_STRESSES_PA,
+            of={"minItems": 1, "uniqueItems": True},
+        ),
     )
 }
 #: The paper's fidelity, where it differs.

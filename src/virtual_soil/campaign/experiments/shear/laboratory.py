@@ -6,12 +6,14 @@ from typing import cast
 import numpy as np
 
 from virtual_soil.calibration.errors import CalibrationError, demand
+from virtual_soil.campaign.experiments.mohr_coulomb import StrengthLine, fit_line
 from virtual_soil.campaign.experiments.shear.definitions import PLATEAU_WINDOW
-from virtual_soil.campaign.experiments.shear.mohr_coulomb import StrengthLine, fit_line
 from virtual_soil.campaign.laboratory import is_number, readings, skipped
 
 #: Allowed keys of the entry in a soil file.
-KEYS = frozenset({"file", "shear_area_m2", "strength", "source", "columns", "decimal"})
+KEYS = frozenset({"file", "shear_area_m2", "strength", "source", "columns", "decimal", "insist"})
+#: Cross-sections of shear boxes that nobody need insist on: others are most often in mm2 or cm2.
+USUAL_AREAS_M2 = (1e-4, 10.0)
 #: Plausible stresses in a shear box; outside this range a unit or a sign is wrong.
 STRESSES_PA = (1e-3, 1e9)
 
@@ -21,6 +23,13 @@ def read(soil: Path, entry) -> list[dict]:
     found = readings(soil, "direct_shear_csv", entry, KEYS, ("test", "normal_stress", "displacement", "force"))
     area, kind = entry.get("shear_area_m2"), entry.get("strength", "peak")
     demand(is_number(area) and area > 0, f"{soil}: direct_shear_csv.shear_area_m2", area, "a positive number")
+    low, high = USUAL_AREAS_M2
+    demand(
+        entry.get("insist") is True or low <= area <= high,
+        f"{soil}: direct_shear_csv.shear_area_m2",
+        f"{area:g}",
+        f"usually {low:g} to {high:g} m2; if it is meant, add `insist: true` to the entry",
+    )
     demand(kind in ("peak", "plateau"), f"{soil}: direct_shear_csv.strength", repr(kind), "peak or plateau")
     box, stresses, strengths = soil.parent / entry["file"], [], []
     for name, test in found.table.groupby("test", sort=False):

@@ -5,9 +5,16 @@ import math
 import pandas as pd
 
 from dem.measure.shear import strength
+from virtual_soil.campaign.experiments.mohr_coulomb import strength_table
 from virtual_soil.campaign.experiments.shear.definitions import PLATEAU_WINDOW
-from virtual_soil.campaign.experiments.shear.mohr_coulomb import strength_table
 
+#: Configured strength and normal stress -> columns of the shear table.
+COLUMNS = {
+    ("peak", "plane"): ("peak_shear_stress_pa", "peak_plane_normal_stress_pa"),
+    ("plateau", "plane"): ("plateau_shear_stress_pa", "plane_normal_stress_pa"),
+    ("peak", "applied"): ("peak_shear_stress_pa", "normal_stress_pa"),
+    ("plateau", "applied"): ("plateau_shear_stress_pa", "normal_stress_pa"),
+}
 STRENGTHS = ("peak_shear_stress_pa", "plateau_shear_stress_pa", "plane_normal_stress_pa", "peak_plane_normal_stress_pa")
 
 
@@ -26,7 +33,8 @@ def measured(run: dict, history: pd.DataFrame | None, settings: dict) -> dict:
 
 def reduce(table: str, runs: pd.DataFrame, settings: dict, by_seed: bool = False) -> pd.DataFrame:
     """Fit the strength line of every point and fidelity (and seed, if by_seed)."""
-    return strength_table(runs, settings["strength"], settings["normal_stress"], by_seed)
+    columns = COLUMNS[settings["strength"], settings["normal_stress"]]
+    return strength_table(runs[runs["status"] == "done"], columns, by_seed)
 
 
 def compared(runs: pd.DataFrame) -> pd.Series:

@@ -16,14 +16,6 @@ from virtual_soil.campaign.experiments.common import SOIL_KEYS
 #: Minimum number of distinct normal stresses for a line with a standard error.
 LEAST_STRESSES = 3
 
-#: Configured strength and normal stress -> columns of the shear table.
-COLUMNS = {
-    ("peak", "plane"): ("peak_shear_stress_pa", "peak_plane_normal_stress_pa"),
-    ("plateau", "plane"): ("plateau_shear_stress_pa", "plane_normal_stress_pa"),
-    ("peak", "applied"): ("peak_shear_stress_pa", "normal_stress_pa"),
-    ("plateau", "applied"): ("plateau_shear_stress_pa", "normal_stress_pa"),
-}
-
 
 @dataclass(frozen=True)
 class StrengthLine:
@@ -40,6 +32,10 @@ class StrengthLine:
     r_squared: float
     relative_scatter: float
     n_runs: int
+
+
+#: Fields that are responses or their errors.
+VALUES = [name for name in StrengthLine.__dataclass_fields__ if name.endswith(("_pa", "_deg"))]
 
 
 def fit_line(normal_stress_pa: np.ndarray, shear_strength_pa: np.ndarray) -> StrengthLine:
@@ -73,19 +69,20 @@ def fit_line(normal_stress_pa: np.ndarray, shear_strength_pa: np.ndarray) -> Str
     )
 
 
-def strength_table(shear: pd.DataFrame, strength: str, normal_stress: str, by_seed: bool = False) -> pd.DataFrame:
+def strength_table(runs: pd.DataFrame, columns: tuple[str, str], by_seed: bool = False, prefix: str = "") -> pd.DataFrame:
     """Return one row per design point and fidelity (and seed, if by_seed) with its material values and its strength line.
 
-    Failed simulations are ignored; points with fewer than three distinct applied stresses left are omitted.
-    strength is "peak" or "plateau"; normal_stress "plane" or "applied".
+    runs : the tests that count; points with fewer than three distinct applied stresses are omitted. columns : shear strength and
+    normal stress of a test. prefix : of the columns of cohesion, friction angle and their errors.
     """
     keys = ["point_id", "fidelity", *(["seed"] if by_seed else [])]
-    kept = ["fidelity", "point_id", *sorted(set(SOIL_KEYS) & set(shear.columns)), *keys[2:]]
-    tau_column, p_column = COLUMNS[strength, normal_stress]
+    kept = ["fidelity", "point_id", *sorted(set(SOIL_KEYS) & set(runs.columns)), *keys[2:]]
+    tau_column, p_column = columns
     rows = []
-    for _, runs in shear[shear["status"] == "done"].groupby(keys, sort=False):
-        if runs["normal_stress_pa"].nunique() >= LEAST_STRESSES:
-            purposes = ",".join(dict.fromkeys(",".join(runs["purposes"]).split(",")))
-            line = fit_line(runs[p_column].to_numpy(), runs[tau_column].to_numpy())
-            rows.append({**runs.iloc[0][kept].to_dict(), "purposes": purposes, **vars(line)})
-    return pd.DataFrame(rows, columns=[*kept, "purposes", *StrengthLine.__dataclass_fields__])
+    for _, tests in runs.groupby(keys, sort=False):
+        if tests["normal_stress_pa"].nunique() >= LEAST_STRESSES:
+            purposes = ",".join(dict.fromkeys(",".join(tests["purposes"]).split(",")))
+            line = fit_line(tests[p_column].to_numpy(), tests[tau_column].to_numpy())
+            rows.append({**tests.iloc[0][kept].to_dict(), "purposes": purposes, **vars(line)})
+    table = pd.DataFrame(rows, columns=[*kept, "purposes", *StrengthLine.__dataclass_fields__])
+    return table.rename(columns={name: f"{prefix}{name}" for name in VALUES})

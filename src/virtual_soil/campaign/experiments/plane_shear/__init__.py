@@ -1,0 +1,1 @@
+"""The plane shear test in a campaign."""

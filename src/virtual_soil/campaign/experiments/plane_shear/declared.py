@@ -1,0 +1,187 @@
+"""The plane shear test in a campaign: settings, responses and cost.
+
+The test itself is `dem.experiments.plane_shear`; `simulate` runs it as a job, `measure` evaluates its curves by the definitions of
+`dem.experiments.strength`, `mohr_coulomb` fits the strength lines through the tests of a point.
+"""
+
+from dataclasses import dataclass
+
+from dem.experiments import plane_shear, specimen
+from virtual_soil.calibration.response import Response
+from virtual_soil.campaign.experiments.common import (
+    CONSOLIDATION_STEPS,
+    CONSOLIDATION_TIMES,
+    RESOLVED_RATIO,
+    USUAL_ANGLES_DEG,
+    USUAL_COHESIONS_PA,
+    USUAL_STRESSES_PA,
+    check_stiffness,
+    engine_of,
+    scale_m,
+    soil_of,
+    time_step_s,
+)
+from virtual_soil.campaign.settings import setting
+
+NAME = "plane_shear"
+#: Nouns for one simulation, for several, and for the samples that each seed prepares.
+NOUNS = ("plane shear test", "plane shear tests", "sheared beds")
+#: True if studies that name no experiments have it.
+BY_DEFAULT = False
+
+
+def responses(state: str, index: str) -> tuple[Response, Response]:
+    """Cohesion and friction angle of one state of the soil ("peak", "steady"); index : of their symbols."""
+    table = f"{state}_strength"
+    return (
+        Response(
+            name=f"{state}_cohesion",
+            column=f"{state}_cohesion_pa",
+            unit="Pa",
+            symbol=f"c{index}",
+            table=table,
+            error_column=f"{state}_cohesion_se_pa",
+            usual=USUAL_COHESIONS_PA,
+            signed=True,
+            smallest_scale=10.0,  # as in the direct shear test
+            of_consequence=20.0,
+            decisive_error=5.0,
+        ),
+        Response(
+            name=f"{state}_friction_angle",
+            column=f"{state}_friction_angle_deg",
+            unit="deg",
+            symbol=f"φ{index}",
+            table=table,
+            error_column=f"{state}_friction_angle_se_deg",
+            maximum=90.0,
+            usual=USUAL_ANGLES_DEG,
+            of_consequence=2.0,
+            decisive_error=0.5,
+        ),
+    )
+
+
+#: Indices: cs is the critical state, p the peak.
+RESPONSES = (*responses("steady", "cs"), *responses("peak", "p"))
+#: Column of the load of a simulation.
+LOAD = "normal_stress_pa"
+#: Quantity for the comparison of the accelerated test with the reference.
+COMPARED = "steady_stress_ratio"
+#: Tables that `measure.reduce` computes from the table of all runs.
+REDUCED = ("steady_strength", "peak_strength")
+#: Stored table from which `measure.measured` computes the responses.
+MEASURED_FROM = "history"
+
+#: Keys of its section that act on measuring and on reducing, not on the simulations.
+MEASURED_BY: tuple[str, ...] = ()
+REDUCED_BY: tuple[str, ...] = ()
+#: Entry of a soil file that `laboratory` reads: none yet.
+LABORATORY = None
+
+#: Default seeds of each stage.
+SEEDS = {"design": [1], "check": [1], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
+
+#: Status of the simulations that count; the others enter no fit.
+SOUND = ("steady",)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """Plane shear test: a bed without side walls is sheared between a rough floor and a rough lid until its strength is steady."""
+
+    length_ratio: float = setting("length of the bed in grain radii, its period", 32.0, minimum=10)
+    height_ratio: float = setting("nominal height of the bed in grain radii", 32.0, minimum=12)
+    width_ratio: float = setting("width of the bed in grain radii, its period", 16.0, above=4.8)
+    normal_stresses_pa: list[float] = setting(
+        "stresses on the lid",
+        [125.0, 250.0, 500.0, 1000.0],
+        above=0,
+        usual=USUAL_STRESSES_PA,
+        of={"minItems": 3, "uniqueItems": True},
+        note="Every stress has a specimen of its own. Without gravity a bed has no scale, and one specimen under several stresses "
+        "would be one and the same test.",
+    )
+    shear_strain: float = setting("shear strain at which the test ends if its strength is steady", 3.0, minimum=0.5)
+    max_shear_strain: float = setting(
+        "largest shear strain; a test that is not steady then enters no fit of the steady strength", 6.0, minimum=0.5
+    )
+    preparation_friction_ratio: float = setting(
+        "factor on the grains' friction while the bed is prepared",
+        0.3,
+        minimum=0,
+        maximum=1,
+        note="Below 1 the bed is tamped, at 1 poured; the steady strength does not depend on it, the peak does.",
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fidelity:
+    """Numerical fidelity of the plane shear tests; the defaults are the campaign's."""
+
+    plane_shear_stiffness_number: float | None = setting(
+        "E*/p of the softened grains in the plane shear test; null: no softening", 5000.0, above=0, note="p: stress on the lid."
+    )
+    plane_shear_time_step_rayleigh_ratio: float = setting(
+        "time step over Rayleigh time in the plane shear test", 0.3, above=0, maximum=0.5
+    )
+    plane_shear_inertial_number: float = setting("inertial number; determines the shear rate", 5e-3, above=0, maximum=0.1)
+
+
+#: Further settings of the check points: the stresses are those of the direct shear test.
+CHECK: dict[str, tuple] = {}
+#: The paper's fidelity, where it differs.
+REFERENCE = {
+    "plane_shear_stiffness_number": None,
+    "plane_shear_time_step_rayleigh_ratio": 0.2,
+    "plane_shear_inertial_number": 2e-3,
+}
+
+
+def loads(config: dict) -> list[float]:
+    """Normal stresses in Pa of the campaign."""
+    return config[NAME]["normal_stresses_pa"]
+
+
+def check_loads(config: dict) -> list[float]:
+    """Normal stresses in Pa of the check points."""
+    return config["fidelity"]["check"]["normal_stresses_pa"]
+
+
+def floors(config: dict) -> dict[str, float]:
+    """Least scale of the errors of a response: the test resolves no smaller ones."""
+    least = RESOLVED_RATIO * max(loads(config))
+    return {response.name: least for response in RESPONSES if response.signed}
+
+
+def canonical(material: dict, config: dict) -> dict:
+    """Return the simulated material of a point: its own, as floor and lid are glued grains that differ for each friction."""
+    return material
+
+
+def setup(config: dict, row: dict) -> dict:
+    """Return keyword arguments of the test's Setup and of the engine for one row of the design."""
+    fidelity = config["fidelity"][row["fidelity"]]
+    protocol = {key: value for key, value in config[NAME].items() if key != "normal_stresses_pa"}
+    protocol |= {
+        "scale_radius_m": scale_m(config, row),
+        "inertial_number": fidelity["plane_shear_inertial_number"],
+        "normal_stress_pa": row[LOAD],
+    }
+    protocol["max_shear_strain"] = max(protocol["max_shear_strain"], protocol["shear_strain"])
+    number, soil = fidelity["plane_shear_stiffness_number"], soil_of(row)
+    check_stiffness(soil, row[LOAD], number, f"fidelity.{row['fidelity']}.plane_shear_stiffness_number")
+    engine = {
+        **config["engine"],
+        "time_step_rayleigh_ratio": fidelity["plane_shear_time_step_rayleigh_ratio"],
+        "stiffness_reduction": specimen.stiffness_reduction(soil, plane_shear.Setup(**protocol), number, 0.0),
+    }
+    return {"setup": protocol, "engine": engine}
+
+
+def cost(row: dict, settings: dict) -> tuple[int, float]:
+    """Return the number of grains and the expected steps: consolidation, then the shear strain at which most tests are steady."""
+    soil, step = soil_of(row), time_step_s(soil_of(row), engine_of(settings))
+    test = plane_shear.Setup(**settings["setup"])
+    consolidation = max(CONSOLIDATION_STEPS, CONSOLIDATION_TIMES * specimen.inertial_time(soil, test) / step)
+    return specimen.n_grains(soil, test), consolidation + test.shear_strain / plane_shear.shear_rate(soil, test) / step
