@@ -74,8 +74,11 @@ def test_a_case_is_settled_within_the_tolerance_or_within_what_simulations_can_t
     assert settled(comparison([30.0, 40.0, 29.0], match=["matches", "not asked", "matches"]), 0.05) == {"sand"}
 
 
+POINT = point_id(point_at(MATERIAL, {"radius_m": 1e-4, "static_friction": 0.4, "rolling_friction": 0.2}))
+
+
 def verification_tables(angles=(27.0, 29.0, 31.0), seeds=(1, 2, 3), slope=0.5):
-    point = point_id(point_at(MATERIAL, {"radius_m": 1e-4, "static_friction": 0.4, "rolling_friction": 0.2}))
+    point = POINT
     repose = pd.DataFrame({"point_id": point, "angle_of_repose_deg": angles})
     tests = [(seed, p, (10.0 * seed + slope * p) * (1 + 1e-3 * (p == 500.0))) for seed in seeds for p in (250.0, 500.0, 1000.0)]
     shear = pd.DataFrame(tests, columns=["seed", "normal_stress_pa", "plateau_shear_stress_pa"]).assign(
@@ -108,7 +111,9 @@ def compared(tables, limits=LIMITS, spoiled=None, **changed):
     by_seed = responses_by_seed(RESPONSES, tables, {"shear": {"strength": "plateau", "normal_stress": "plane"}})
     models = campaign(SPACE.crowd(64))
     optima = OPTIMA.assign(**changed)
-    return comparison_table(RESPONSES, optima, models, tables, by_seed, SCATTER, TARGET_ERRORS, limits, spoiled or {}, MATERIAL)
+    return comparison_table(
+        RESPONSES, optima, models, tables, by_seed, SCATTER, TARGET_ERRORS, limits, spoiled or {}, {POINT: 0.03}, MATERIAL
+    )
 
 
 def test_verification_compares_prediction_and_simulation_at_the_optimum():
@@ -121,6 +126,7 @@ def test_verification_compares_prediction_and_simulation_at_the_optimum():
     assert table.loc["friction_angle", "simulated"] == pytest.approx(np.degrees(np.arctan(0.5)), abs=0.2)
     assert table.loc["cohesion", "simulated"] == pytest.approx(20.0, abs=1.0)
     assert table.loc["cohesion", "simulated_sd"] == pytest.approx(10.0, rel=0.05)
+    assert set(table["max_overlap_ratio"]) == {0.03}
     assert table.loc["cohesion", "prediction"] == "confirmed"  # predicted 0, simulated 20 +- 13: three seeds tell no more
     assert heap["difference"] == -1.0
     assert heap["difference_se"] == pytest.approx(np.hypot(1.0, se))

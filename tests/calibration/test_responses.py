@@ -101,7 +101,7 @@ def test_its_posterior_and_answer_have_the_made_up_responses(campaign):
     assert posterior["static_friction"].mean() == pytest.approx(0.6, abs=0.1)
     directions = identifiability(CASE, likelihood, TRUTH)
     assert directions["determined"].tolist() == [True, True]
-    unverified = pd.DataFrame(columns=["case", "response", "prediction", "match", "n_spoiled"])
+    unverified = pd.DataFrame(columns=["case", "response", "prediction", "match", "n_spoiled", "max_overlap_ratio"])
     answer = conclusion(optimum_of(models, soil()), posterior, unverified, {"field": likelihood}, processes).iloc[0]
     assert answer["moisture_percent_low_95"] < answer["moisture_percent"] < answer["moisture_percent_high_95"]
     assert answer["missed"] == ""
@@ -121,7 +121,7 @@ def test_simulating_the_optimum_is_compared_with_its_prediction(campaign, seeds,
     assert scatter["zeal"] == pytest.approx(0.1)
     errors, numbers = {("field", name): 1.0 for name in RESPONSES}, {response.column: 1.0 for response in RESPONSES.values()}
     limits = {"difference_of_consequence": numbers, "standard_error": numbers}
-    table = comparison_table(RESPONSES, optima, models, verification, by_seed, scatter, errors, limits, {}, MATERIAL)
+    table = comparison_table(RESPONSES, optima, models, verification, by_seed, scatter, errors, limits, {}, {}, MATERIAL)
     table = table.set_index("response")
     assert list(table.index) == ["zeal", "moisture"]
     assert table["unit"].tolist() == ["N", "%"]

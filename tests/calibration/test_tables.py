@@ -14,7 +14,7 @@ RESPONSES = responses_of(("repose", "shear"))
 
 ANGLE = RESPONSES["angle_of_repose"]
 MATERIAL = {"static_friction": 0.3, "density_kg_m3": 3000.0}
-SCREENING = {"base_seeds": [1, 2, 3], "changed_seeds": [1, 2], "changes": {"static_friction": 0.5, "density_kg_m3": 4000.0}}
+SCREENING = {"base_seeds": [1, 2, 3], "changed_seeds": [1, 2], "factors": {"static_friction": 1.6667, "density_kg_m3": 1.3333}}
 
 
 def heaps(**columns):
@@ -36,7 +36,7 @@ def campaign():
 
 
 def test_screening_compares_one_change_at_a_time_with_the_base_set():
-    table = screening_table(ANGLE, campaign(), MATERIAL, SCREENING).set_index("parameter")
+    table = screening_table(ANGLE, campaign(), MATERIAL, SCREENING, True).set_index("parameter")
     assert table.loc["base", ["angle_of_repose_deg", "sd_deg", "n_runs"]].tolist() == [27.0, 1.0, 3]
     friction = table.loc["static_friction"]
     assert friction["difference_deg"] == pytest.approx(4.5)
@@ -48,14 +48,14 @@ def test_screening_compares_one_change_at_a_time_with_the_base_set():
 
 
 def test_a_change_inside_the_noise_is_called_so_and_failed_runs_do_not_count():
-    density = screening_table(ANGLE, campaign(), MATERIAL, SCREENING).set_index("parameter").loc["density_kg_m3"]
+    density = screening_table(ANGLE, campaign(), MATERIAL, SCREENING, True).set_index("parameter").loc["density_kg_m3"]
     assert density["n_runs"] == 1
     assert not density["exceeds_noise"]
 
 
 def test_screening_without_a_base_run_is_refused():
     with pytest.raises(CalibrationError, match="base runs of the screening"):
-        screening_table(ANGLE, heaps(seed=[9], angle_of_repose_deg=[27.0]), MATERIAL, SCREENING)
+        screening_table(ANGLE, heaps(seed=[9], angle_of_repose_deg=[27.0]), MATERIAL, SCREENING, True)
 
 
 def test_acceleration_reports_bias_beside_the_seeds_scatter():
@@ -97,8 +97,8 @@ def test_loads_that_the_reference_does_not_have_do_not_count():
 def test_any_response_can_be_screened_and_the_paper_is_beside_its_own_only():
     wear = Response(name="wear", column="wear_mm", unit="mm", symbol="w", table="wear")
     runs = campaign().rename(columns={"angle_of_repose_deg": "wear_mm"})
-    table = screening_table(wear, runs, MATERIAL, SCREENING)
-    known = screening_table(ANGLE, campaign(), MATERIAL, SCREENING)
+    table = screening_table(wear, runs, MATERIAL, SCREENING, True)
+    known = screening_table(ANGLE, campaign(), MATERIAL, SCREENING, True)
     for mine, its in (("wear_mm", "angle_of_repose_deg"), ("sd_mm", "sd_deg"), ("difference_se_mm", "difference_se_deg")):
         assert table[mine].tolist() == pytest.approx(known[its].tolist(), nan_ok=True)
     assert table["paper_angle_deg"].isna().all()

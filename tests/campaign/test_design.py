@@ -105,7 +105,7 @@ def test_further_points_are_rounded_so_that_the_same_point_is_the_same_simulatio
             [{"static_friction": 0.4, "rolling_friction": 0.1}],
             "design.sweep_couples static_friction is 0.4",
         ),
-        ("screening.changes", {"restitution": 0.5}, "screening.changes.restitution is 0.5"),
+        ("screening.factors", {"restitution": 1.0}, "screening.factors.restitution is 1.0"),
         ("design.grid.rolling_friction", [0.0, 0.1], "design.grid.rolling_friction is .*; allowed: at least three values"),
         ("design.sweep.radius_m", [5e-5], "design values of radius_m is .*; allowed: at least two"),
         ("design.sweep.radius_m", [5e-5, 1e-4], "design.sweep.radius_m is .*; allowed: at least three values"),

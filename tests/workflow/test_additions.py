@@ -43,7 +43,7 @@ STUDY = {
         "sweep_couples": [{"static_friction": 0.5, "rolling_friction": 0.1}],
         **{f"{name}_seeds": [1, 2] if name == "density" else [1] for name in TESTS},
     },
-    "screening": {"base_seeds": [1, 2], "changed_seeds": [1], "changes": {"density_kg_m3": 4000.0}},
+    "screening": {"base_seeds": [1, 2], "changed_seeds": [1], "factors": {"density_kg_m3": 1.3333}},
     "fidelity": {"campaign": {"lift_speed_m_s": 1e-2}, "check": {"couples": []}},
     "repose": {"n_particles": 700, "tube_diameter_ratio": 8.0, "plate_half_width_ratio": 40.0},
     "shear": {"length_ratio": 20.0, "height_ratio": 12.0, "displacement_ratio": 2.0, "normal_stresses_pa": [250.0, 500.0, 1000.0]},

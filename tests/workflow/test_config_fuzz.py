@@ -116,7 +116,7 @@ def test_the_study_that_is_changed_is_sound():
 @example(SMOKE | {"refine": SMOKE["refine"] | {"rounds": 10**12}})
 @example(SMOKE | {"material": SMOKE["material"] | {"radius_m": math.nan}})
 @example(SMOKE | {"material": SMOKE["material"] | {"density_kg_m3": 10**400}})
-@example(SMOKE | {"screening": SMOKE["screening"] | {"changes": {"radius_m": -1.0}}})
+@example(SMOKE | {"screening": SMOKE["screening"] | {"factors": {"radius_m": -1.0}}})
 @example(SMOKE | {"shear": SMOKE["shear"] | {"displacement_ratio": 1e308}})
 def test_any_configuration_is_accepted_or_refused_in_words(config):
     top = set(map(str, config)) | set(map(str, SMOKE))

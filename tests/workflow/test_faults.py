@@ -39,7 +39,7 @@ def tiny(config: dict) -> dict:
     grid = {"static_friction": [0.1, 0.4, 0.8], "rolling_friction": [0.05, 0.1, 0.3]}
     config["study"] = "tiny"
     config["design"] |= {"grid": grid, "sweep": {"radius_m": [50e-6, 100e-6]}, "sweep_couples": [point], **seeds}
-    config["screening"] |= {"base_seeds": [1, 2], "changed_seeds": [1], "changes": {"rolling_friction": 0.2}}
+    config["screening"] |= {"base_seeds": [1, 2], "changed_seeds": [1], "factors": {"rolling_friction": 2.0}}
     config["fidelity"]["campaign"] |= quick | {"shear_stiffness_number": 1000.0}
     config["fidelity"]["reference"] |= quick | {"shear_stiffness_number": 2000.0}
     config["fidelity"]["check"] = {"couples": [point], "normal_stresses_pa": [500.0], **seeds}

@@ -18,6 +18,7 @@ from virtual_soil.campaign.provenance import versions
 from virtual_soil.campaign.sections import LIMITS, Study
 from virtual_soil.campaign.settings import in_declared_order
 from virtual_soil.campaign.study import (
+    as_printed,
     base_simulation,
     check_config,
     check_files,
@@ -89,6 +90,13 @@ SIMULATED = [module_of(name, "simulate") for name in TESTS]
 DESCRIBED = [f"virtual_soil.report.experiments.{name}" for name in TESTS]
 # Names of all tables of responses.
 MEASURED = [*TESTS, *(name for name, test in REDUCED.items() if test.NAME in TESTS)]
+# Response -> the study's experiment that measures it; experiments whose results may stand beside those that the paper prints.
+BY_RESPONSE = {
+    response.name: experiment.NAME
+    for experiment in chosen(config["experiments"])
+    for response in experiment.RESPONSES
+}
+AS_PRINTED = as_printed(config)
 # Sections that say how the simulations of a later stage are made.
 SIMULATED_BY = ("experiments", "material", "design", *TESTS, "engine")
 # Least scales of the responses' errors.

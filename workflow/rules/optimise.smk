@@ -59,6 +59,7 @@ rule calibrate_as_published:
         experiments=config["experiments"],
         optimise=config["optimise"],
         design=config["design"],
+        printed=AS_PRINTED,
         code=CODE.of_script("calibrate_as_published"),
     message:
         "Optimise with the paper's method, on the polynomials fitted to our campaign and on the published ones."

@@ -11,6 +11,7 @@ rule screening:
     params:
         material=config["material"],
         screening=config["screening"],
+        printed=BY_RESPONSE[config["screening"]["response"]] in AS_PRINTED,
         code=CODE.of_script("screening"),
     message:
         "Change one grain parameter at a time and compare the response with the base set (Table 2)."

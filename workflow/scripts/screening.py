@@ -9,5 +9,5 @@ if __name__ == "__main__":
     log_to(snakemake.log[0])
     response = RESPONSES[snakemake.params.screening["response"]]
     runs = read_table(snakemake.input.runs, response.table)
-    table = screening_table(response, runs, snakemake.params.material, snakemake.params.screening)
+    table = screening_table(response, runs, snakemake.params.material, snakemake.params.screening, snakemake.params.printed)
     write_table(table, snakemake.output.table, "screening", {"rule": snakemake.rule, **dict(snakemake.params.items())})

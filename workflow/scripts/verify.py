@@ -6,7 +6,7 @@ from virtual_soil.calibration.uncertainty import target_errors
 from virtual_soil.calibration.verify import comparison_table
 from virtual_soil.campaign.experiments.registry import responses_of
 from virtual_soil.campaign.inference import read_models, read_tables
-from virtual_soil.campaign.measure import responses_by_seed, spoiled
+from virtual_soil.campaign.measure import largest_overlaps, responses_by_seed, spoiled
 from virtual_soil.campaign.tables import read_table, write_table
 
 if __name__ == "__main__":
@@ -24,6 +24,7 @@ if __name__ == "__main__":
         target_errors(read_table(files.soils, "soil"), params.uncertainty["target_uncertainty_ratio"]),
         params.verify,
         spoiled(tables),
+        largest_overlaps(tables),
         params.material,
     )
     write_table(table, snakemake.output.table, "verification", {"rule": snakemake.rule, **dict(params.items())})

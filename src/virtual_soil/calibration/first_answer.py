@@ -57,7 +57,7 @@ def first_answer(responses: Responses, models: dict, processes: dict, tables: di
         posterior_table(case, likelihoods[case["case"]], *sample(likelihoods[case["case"]], n_samples))
         for case in settings["cases"]
     ]
-    unverified = pd.DataFrame(columns=["case", "response", *QUESTIONS, "n_spoiled"])
+    unverified = pd.DataFrame(columns=["case", "response", *QUESTIONS, "n_spoiled", "max_overlap_ratio"])
     table = conclusion(optima, pd.concat(samples, ignore_index=True), unverified, likelihoods, processes)
     return table.assign(out_of_reach=",".join(reach.loc[~reach["reachable"], "response"]), basis=BASIS), reach
 

@@ -10,20 +10,27 @@ import pandas as pd
 from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.noise import NOISE_LIMIT, pooled_sd
 from virtual_soil.calibration.paper import printed_screening
+from virtual_soil.calibration.points import point_at
 from virtual_soil.calibration.response import Response
 
 
-def screening_table(response: Response, table: pd.DataFrame, material: dict, screening: dict) -> pd.DataFrame:
+def changed_materials(material: dict, screening: dict) -> dict[str, dict]:
+    """Parameter -> the material with its value multiplied by its factor in screening["factors"], rounded to four digits."""
+    return {name: point_at(material, {name: factor * material[name]}) for name, factor in screening["factors"].items()}
+
+
+def screening_table(response: Response, table: pd.DataFrame, material: dict, screening: dict, printed: bool) -> pd.DataFrame:
     """Screening of one response: base set first, then one row per changed parameter.
 
-    table : of runs, with the response's column. material : the base values. screening : base_seeds, changed_seeds, changes. Failed
-    runs do not count; a parameter without any good run has NaN. Raises CalibrationError when no base run is left.
+    table : of runs, with the response's column. material : the base values. screening : base_seeds, changed_seeds, factors.
+    printed : True for the paper's values beside ours; else they are missing. Failed runs do not count; a parameter without any
+    good run has NaN. Raises CalibrationError when no base run is left.
     """
     base = results(response, table, material, material, screening["base_seeds"])
     demand(len(base) > 0, "base runs of the screening that ended well", 0, "at least one")
     groups = {
-        parameter: results(response, table, {**material, parameter: value}, material, screening["changed_seeds"])
-        for parameter, value in screening["changes"].items()
+        parameter: results(response, table, changed, material, screening["changed_seeds"])
+        for parameter, changed in changed_materials(material, screening).items()
     }
     pooled = pooled_sd([base, *groups.values()])
     rows = [
@@ -36,7 +43,7 @@ def screening_table(response: Response, table: pd.DataFrame, material: dict, scr
         }
     ]
     for parameter, runs in groups.items():
-        value, changed = material[parameter], screening["changes"][parameter]
+        value, changed = material[parameter], changed_materials(material, screening)[parameter][parameter]
         rows.append(
             {
                 "parameter": parameter,
@@ -47,7 +54,7 @@ def screening_table(response: Response, table: pd.DataFrame, material: dict, scr
             }
         )
     found = pd.DataFrame(rows)
-    return pd.concat([found, printed_screening(response.name, found["parameter"])], axis=1)
+    return pd.concat([found, printed_screening(response.name if printed else "", found["parameter"])], axis=1)
 
 
 def results(response: Response, table: pd.DataFrame, wanted: dict, material: dict, seeds) -> np.ndarray:

@@ -37,6 +37,7 @@ def comparison_table(
     target_errors: Mapping[tuple[str, str], float],
     limits: Mapping[str, Mapping[str, float]],
     spoiled: Mapping[str, int],
+    overlaps: Mapping[str, float],
     material: dict,
 ) -> pd.DataFrame:
     """One row per case and response: target, prediction at the optimum, mean of its simulations, and the two answers.
@@ -48,8 +49,8 @@ def comparison_table(
     do not matter. by_seed : by response, a table of its values with point_id and the response's column, a row for each seed of a
     point. scatter : by response, the campaign's scatter (see `noise.known_scatter`), for optima with fewer than three seeds.
     target_errors : by soil and response, the standard uncertainty of a target. limits : `difference_of_consequence` and
-    `standard_error`, each by the response's column. spoiled : by point, number of simulations that failed or did not come to rest.
-    material : base values.
+    `standard_error`, each by the response's column. spoiled, overlaps : by point, number of simulations that failed or did not come
+    to rest, and their largest overlap over the radius. material : base values.
 
     Returns
     -------
@@ -69,7 +70,8 @@ def comparison_table(
             answers = compared(target, (predicted, error), found, {key: limit[response.column] for key, limit in limits.items()})
             if not optimum[f"weight_{name}"]:
                 answers["match"] = UNASKED
-            rows.append({**named, **answers, "n_spoiled": spoiled.get(point, 0)})
+            found_there = {"n_spoiled": spoiled.get(point, 0), "max_overlap_ratio": overlaps.get(point, np.nan)}
+            rows.append({**named, **answers, **found_there})
     return pd.DataFrame(rows, columns=list(rows[0]) if rows else [])
 
 
@@ -135,7 +137,8 @@ def conclusion(calibration, posterior, verification, likelihoods: dict[str, Like
     Added to each: 95 % intervals of variables and responses; `deviation_sd`, the largest distance of a prediction from its target
     in standard deviations of both, and `missed`, the responses beyond two of them; `extrapolated`, the responses whose simulated
     points do not surround the optimum (processes: the Gaussian processes, which know the points); `prediction` and `match`: see
-    `verdict`; `n_spoiled`: simulations of the optimum that failed or did not come to rest.
+    `verdict`; `n_spoiled`: simulations of the optimum that failed or did not come to rest; `max_overlap_ratio`: their largest
+    overlap.
     """
     rows = []
     for _, optimum in calibration.iterrows():
@@ -154,6 +157,7 @@ def conclusion(calibration, posterior, verification, likelihoods: dict[str, Like
                 "extrapolated": ",".join(name for name, process in processes.items() if not process.surrounds(values)),
                 **{question: verdict(simulated_there, question) for question in QUESTIONS},
                 "n_spoiled": int(max(simulated_there["n_spoiled"], default=0)),
+                "max_overlap_ratio": float(max(simulated_there["max_overlap_ratio"], default=np.nan)),
             }
         )
     return pd.DataFrame(rows)

@@ -16,6 +16,7 @@ import pandas as pd
 
 from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.points import hashed, point_at, point_id
+from virtual_soil.calibration.screening import changed_materials
 from virtual_soil.calibration.surrogate import n_factor_terms
 from virtual_soil.campaign.experiments.registry import BY_NAME, EXPERIMENTS, LOADS, chosen
 
@@ -87,9 +88,7 @@ def screened(config: dict):
     """Yield the simulations of the screening: the base set and one parameter changed at a time, only in the screened test."""
     screening, experiment = config["screening"], screened_experiment(config)
     materials = [(config["material"], screening["base_seeds"])]
-    materials += [
-        ({**config["material"], parameter: value}, screening["changed_seeds"]) for parameter, value in screening["changes"].items()
-    ]
+    materials += [(material, screening["changed_seeds"]) for material in changed_materials(config["material"], screening).values()]
     for material, seeds in materials:
         for load, seed in itertools.product(experiment.loads(config), seeds):
             yield "screening", experiment.NAME, "campaign", material, load, seed
@@ -191,10 +190,12 @@ def check_design(config: dict) -> None:
         design["variables"],
         f"just those of grid and sweep: {sorted(grid | sweep)}",
     )
-    changes = set(config["screening"]["changes"])
-    demand(changes <= material, "screening.changes", sorted(changes - material), f"keys of material: {sorted(material)}")
-    for parameter, value in config["screening"]["changes"].items():
-        demand(value != config["material"][parameter], f"screening.changes.{parameter}", value, "another value than material's")
+    factors = set(config["screening"]["factors"])
+    demand(factors <= material, "screening.factors", sorted(factors - material), f"keys of material: {sorted(material)}")
+    for parameter, changed in changed_materials(config["material"], config["screening"]).items():
+        same = changed[parameter] == config["material"][parameter]
+        allowed = "a factor that changes material's value"
+        demand(not same, f"screening.factors.{parameter}", config["screening"]["factors"][parameter], allowed)
     for key, couples in (
         ("design.sweep_couples", design["sweep_couples"]),
         ("fidelity.check.couples", config["fidelity"]["check"]["couples"]),

@@ -6,6 +6,7 @@ import pandas as pd
 
 from virtual_soil.calibration.response import Responses
 from virtual_soil.campaign.experiments import module_of
+from virtual_soil.campaign.experiments.common import LARGEST_OVERLAP_RATIO
 from virtual_soil.campaign.experiments.registry import BY_NAME, REDUCED
 from virtual_soil.campaign.tables import batch_results, empty_table
 
@@ -23,7 +24,8 @@ def measured_table(experiment: str, design: pd.DataFrame, runs, results, timings
     if not rows:  # a round of refinement without new points
         return empty_table(experiment)
     measured = pd.DataFrame(rows)
-    texts = {"simulation_id", "status", "reason"}
+    measured["overlaps_too_much"] = measured["max_overlap_ratio"].astype(float) > LARGEST_OVERLAP_RATIO
+    texts = {"simulation_id", "status", "reason", "overlaps_too_much"}
     counts = {name for name in measured if measured[name].dtype.kind == "i"}
     numbers = {name: float for name in measured if name not in texts | counts}
     return design.merge(measured.astype(numbers), on="simulation_id", validate="many_to_one")
@@ -40,6 +42,12 @@ def spoiled(tables: dict[str, pd.DataFrame]) -> dict[str, int]:
     sound = {name: experiment.SOUND for name, experiment in BY_NAME.items() if name in tables}
     runs = [tables[name].loc[~tables[name]["status"].isin(status), "point_id"] for name, status in sound.items()]
     return pd.concat(runs).value_counts().to_dict()
+
+
+def largest_overlaps(tables: dict[str, pd.DataFrame]) -> dict[str, float]:
+    """Return point -> largest overlap over the radius in its simulations, over all experiments in the tables."""
+    runs = [tables[name][["point_id", "max_overlap_ratio"]] for name in BY_NAME if name in tables]
+    return pd.concat(runs).groupby("point_id")["max_overlap_ratio"].max().to_dict()
 
 
 def responses_by_seed(responses: Responses, tables: dict[str, pd.DataFrame], settings: dict) -> dict[str, pd.DataFrame]:

@@ -106,17 +106,18 @@ class Screening:
         of={"minItems": 2, "uniqueItems": True},
     )
     changed_seeds: list[int] = setting("seeds at every changed set", [1, 2, 3], minimum=0, of=SEED_LIST)
-    changes: dict[str, float] = setting(
-        "material key -> its changed value",
+    factors: dict[str, float] = setting(
+        "material key -> factor on its value; the product is rounded to four digits",
         {
-            "radius_m": 100e-6,
-            "density_kg_m3": 4000.0,
-            "poisson_ratio": 0.4,
-            "shear_modulus_pa": 7e7,
-            "static_friction": 0.5,
-            "rolling_friction": 0.2,
-            "restitution": 0.3,
+            "radius_m": 2.0,
+            "density_kg_m3": 1.3333,
+            "poisson_ratio": 2.0,
+            "shear_modulus_pa": 1.4,
+            "static_friction": 1.6667,
+            "rolling_friction": 2.0,
+            "restitution": 0.6,
         },
+        above=0,
     )
 
 

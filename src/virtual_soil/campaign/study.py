@@ -14,15 +14,18 @@ import yaml
 from virtual_soil.calibration.errors import CalibrationError, demand
 from virtual_soil.calibration.optimise import weighted
 from virtual_soil.calibration.points import point_id
+from virtual_soil.calibration.screening import changed_materials
 from virtual_soil.campaign import settings, yamls
 from virtual_soil.campaign.design import expand
-from virtual_soil.campaign.experiments.registry import BY_NAME, LOADS, responses_of
-from virtual_soil.campaign.sections import USUAL_TERMS, Material, Study
+from virtual_soil.campaign.experiments.registry import BY_NAME, LOADS, chosen, responses_of
+from virtual_soil.campaign.sections import USUAL_TERMS, Engine, Material, Study
 from virtual_soil.campaign.settings import NAME
 from virtual_soil.campaign.soils import laboratory_files, measure_soil
 from virtual_soil.campaign.tables import TableError, read_table
 from virtual_soil.errors import InputError
 
+#: Engine settings that decide whether a study may be compared with the paper.
+PRINTED_ENGINE = ("rolling_model", "damping_model", "gravity_m_s2")
 #: Meaning of the key `soil`, which is given only on the command line.
 SOIL_KEY = "of rule first_answer: a name in config/soils or a soil file; by default the study's soils"
 #: Folders in results/ that are not studies.
@@ -137,7 +140,12 @@ def unusual(config: dict):
 def material_groups(config: dict) -> dict[str, dict]:
     """Return the parts of the design that give values to `material` keys, by their own keys."""
     design, check = config["design"], config["fidelity"]["check"]
-    groups = {"design.grid": design["grid"], "design.sweep": design["sweep"], "screening.changes": config["screening"]["changes"]}
+    factors = config["screening"]["factors"]
+    changed = changed_materials(
+        config["material"], {"factors": {key: factors[key] for key in factors if key in config["material"]}}
+    )
+    groups = {"design.grid": design["grid"], "design.sweep": design["sweep"]}
+    groups["screening.factors"] = {key: material[key] for key, material in changed.items()}
     groups |= {f"design.sweep_couples.{k}": couple for k, couple in enumerate(design["sweep_couples"])}
     return groups | {f"fidelity.check.couples.{k}": couple for k, couple in enumerate(check["couples"])}
 
@@ -244,6 +252,15 @@ def proposed_rows(path: str) -> list[dict]:
         return plain_rows(read_table(path, "design"))
     except TableError as error:
         raise StudyError(str(error)) from None
+
+
+def as_printed(config: dict) -> list[str]:
+    """Return the study's experiments whose results may stand beside those that the paper prints: same material, same protocol."""
+    papers = config["material"] == settings.defaults(Material) and config["design"]["geometry"] == "scaled"
+    engine = {key: config["engine"][key] == value for key, value in settings.defaults(Engine).items() if key in PRINTED_ENGINE}
+    if not papers or not all(engine.values()):
+        return []
+    return [experiment.NAME for experiment in chosen(config["experiments"]) if experiment.as_printed(config)]
 
 
 def experiment_settings(config: dict, row: dict) -> dict:

@@ -1,10 +1,10 @@
 """Reading and writing of Parquet tables, with checks against their schemas and provenance in the file's metadata.
 
 schemas/<name>.yaml lists the columns of a table: type (string, integer, number, boolean), unit, meaning, and optionally minimum,
-maximum, allowed values and `missing_allowed`. `includes` adds the columns of other schemas. A column name with {response} or {load}
-is expanded to one column per response or load; those of responses may be missing, as a study need not measure all. `allowed:
-experiments` or `responses` means their names. Further columns (e.g. an additional material property) are accepted. Simulations
-write dicts of columns, so that short jobs do not import pandas.
+maximum, allowed values, `missing_allowed`, and `optional` for a column that older tables lack. `includes` adds the columns of other
+schemas. A column name with {response} or {load} is expanded to one column per response or load; those of responses may be missing,
+as a study need not measure all. `allowed: experiments` or `responses` means their names. Further columns (e.g. an additional
+material property) are accepted. Simulations write dicts of columns, so that short jobs do not import pandas.
 """
 
 import contextlib

@@ -126,7 +126,9 @@ def response_views(study: Study) -> dict:
     """Response surfaces and curves of equal response."""
     tables = study.tables
     radii = views.shown_radii(study.config["design"], tables["calibration"])
-    kinds = {"ours": study.models["chosen"], "polynomial": study.models["quadratic"], "published": published()}
+    kinds = {"ours": study.models["chosen"], "polynomial": study.models["quadratic"]}
+    if set(study.as_printed) == set(study.responses):
+        kinds["published"] = published()
     points = {name: known_points(study.every, response) for name, response in study.responses.items()}
     return {
         "responses": {response.name: axis_label(response.name) for response in measured(of_study(study.config))},

@@ -7,6 +7,7 @@ import pandas as pd
 
 from virtual_soil.calibration.response import Response, Responses
 from virtual_soil.campaign.experiments.registry import responses_of
+from virtual_soil.campaign.study import as_printed
 
 #: Columns of a table of grains.
 GRAIN_COLUMNS = ["x_m", "y_m", "z_m", "radius_m", "speed_m_s"]
@@ -32,6 +33,11 @@ class Study:
     histories: dict[str, pd.DataFrame]
     frames: pd.DataFrame | None
     engine: str
+
+    @property
+    def as_printed(self) -> list[str]:
+        """Responses that may stand beside what the paper prints of them."""
+        return list(responses_of(as_printed(self.config)))
 
     @property
     def responses(self) -> Responses:

@@ -352,7 +352,7 @@
     const { surfaces, responses } = await views();
     const { static: s, rolling: r, radii_um: radii, fields, simulated } = surfaces;
     const response = chooser(controls, "Response", Object.entries(responses), () => draw());
-    const kind = chooser(controls, "Surrogate", Object.entries(KINDS), () => draw());
+    const kind = chooser(controls, "Surrogate", Object.entries(KINDS).filter(([name]) => fields[name]), () => draw());
     const radius = slider(controls, "Radius", radii.length, (k) => microns(radii[k]), () => draw());
     radius.value = baseRadius(surfaces);
     zoomButtons(controls, turnable(plot, Plotly, "Response surface"));
@@ -396,11 +396,12 @@
     const { static: s, rolling: r, radii_um: radii, fields } = surfaces;
     const ofCase = () => { radius.value = iso[choice.value].radius; return draw(); };
     const choice = chooser(controls, "Case", Object.keys(iso).map((name) => [name, name]), ofCase);
-    const kind = chooser(controls, "Surrogate", Object.entries(KINDS), () => draw());
+    const kind = chooser(controls, "Surrogate", Object.entries(KINDS).filter(([name]) => fields[name]), () => draw());
     const radius = slider(controls, "Radius", radii.length, (k) => microns(radii[k]), () => draw());
     radius.value = iso[choice.value].radius;
     const curves = () => Object.keys(responses).flatMap((response, k) => {
       const target = iso[choice.value].targets[response];
+      if (target === null || target === undefined) return [];
       const field = fields[kind.value][response][radius.value];
       const all = field.flat();
       const reached = Math.min(...all) <= target && target <= Math.max(...all);

@@ -25,7 +25,7 @@ MODULES = {
             "SOUND",
             "Settings",
         ),
-        *("Fidelity", "CHECK", "REFERENCE", "loads", "check_loads", "floors", "canonical", "setup", "cost"),
+        *("Fidelity", "CHECK", "REFERENCE", "loads", "check_loads", "floors", "as_printed", "canonical", "setup", "cost"),
     ),
     "simulate": ("STAGES", "MOMENTS", "HISTORY", "run", "row_of"),
     "measure": ("measured", "reduce", "compared"),

@@ -12,6 +12,8 @@ from virtual_soil.calibration.errors import demand
 SOIL_KEYS = tuple(Soil.__dataclass_fields__)
 #: Solid fraction of grains in tube and box.
 SOLID_FRACTION = 0.57
+#: Largest overlap over the radius with which a run is as it should be; beyond it the grains are too soft for what happens to them.
+LARGEST_OVERLAP_RATIO = 0.05
 #: Numbers that nobody need insist on: others are most often in another unit (kPa, MPa, radians).
 USUAL_STRESSES_PA, USUAL_COHESIONS_PA, USUAL_ANGLES_DEG = (1.0, 5e6), (-1e5, 1e6), (1.0, 75.0)
 #: Cohesions closer than this fraction of the largest normal stress are one: no regression through the tests tells them apart.

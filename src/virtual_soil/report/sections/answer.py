@@ -8,6 +8,7 @@ import pandas as pd
 from virtual_soil.calibration.optimise import LARGE_GRAINS
 from virtual_soil.calibration.response import Responses
 from virtual_soil.calibration.verify import QUESTIONS, UNASKED
+from virtual_soil.campaign.experiments.common import LARGEST_OVERLAP_RATIO
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.quantities import VARIABLES, combination, header, printed_unit, symbol, symbols, value_with_interval
@@ -18,6 +19,8 @@ NAME, TITLE, HEADING = "answer", "The answer", "The answer"
 LINKS = {"answer": "The answer"}
 #: Answers of `calibration.verify` that a simulation contradicts.
 BEYOND = re.compile("|".join(beyond for beyond, _ in QUESTIONS.values()))
+#: The setting `optimise.errors` in words.
+ERRORS = {"relative": "relative to the targets, as in the paper", "combined": "in units of the combined standard uncertainties"}
 FIGURES: dict[str, Entry] = {}
 TABLES = {"answer": "Calibrated grain parameters", "properties": "Properties at the optima"}
 
@@ -39,9 +42,16 @@ def words(study: Study) -> dict:
     """Cards and remarks."""
     return {
         "cards": answer_cards(study.tables["calibration"], study.tables["verification"]),
+        "errors": ERRORS[study.config["optimise"]["errors"]],
+        "preference": " and prefers large grains" if prefers_large(study.config["optimise"]["cases"]) else "",
         "targets": ", ".join(response.symbol for response in study.responses.values()),
         "remarks": answer_remarks(study),
     }
+
+
+def prefers_large(cases: list[dict]) -> bool:
+    """True if a case has a weight for large grains."""
+    return any(case["weights"].get(LARGE_GRAINS, 0) > 0 for case in cases)
 
 
 def answer_table(calibration: pd.DataFrame) -> pd.DataFrame:
@@ -85,7 +95,15 @@ def answer_card(row: Mapping, verification: pd.DataFrame) -> dict:
         "state": state_of(row["match"], "matches") if sound else "bad",
         "verdicts": [(state_of(row["match"], "matches"), match), (state_of(row["prediction"], "confirmed"), prediction)],
         "spoiled": "" if sound else f"{row['n_spoiled']:.0f} of its simulations failed or did not come to rest",
+        "soft": soft(row["max_overlap_ratio"]),
     }
+
+
+def soft(overlap: float) -> str:
+    """A warning if grains overlap by more than they should in the simulations of an optimum."""
+    if not overlap > LARGEST_OVERLAP_RATIO:
+        return ""
+    return f"grains overlap by up to {overlap:.0%} of r in its simulations, more than {LARGEST_OVERLAP_RATIO:.0%}: too soft?"
 
 
 def state_of(answer: str, good: str) -> str:

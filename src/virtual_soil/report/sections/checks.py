@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import pandas as pd
 
+from virtual_soil.campaign.experiments.common import LARGEST_OVERLAP_RATIO
 from virtual_soil.report.experiments import of_study, runs
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.quantities import VARIABLES
@@ -19,7 +20,10 @@ TABLES = {"acceleration": "Bias of the acceleration"}
 ASSUMPTIONS = (
     "Equal spheres unless a spread of radii is configured; the paper does not say.",
     "In the radius sweep the geometry grows with the grains unless configured otherwise; the lift speed stays.",
-    "The paper's Equation 3 is read with c in kPa and r0 = 200 µm for the shear test: only then does it give the printed values.",
+)
+#: Assumption of studies that stand beside what the paper prints.
+READING = (
+    "The paper's Equation 3 is read with c in kPa and r0 = 200 µm for the shear test: only then does it give the printed values."
 )
 #: What identifies a failed simulation, and the reason.
 FAILED = ["simulation_id", "experiment", *VARIABLES, "normal_stress_pa", "seed", "reason"]
@@ -38,10 +42,16 @@ def tables(study: Study) -> dict[str, pd.DataFrame]:
 def words(study: Study) -> dict:
     """Remarks on the acceleration, failed simulations and assumptions."""
     return {
-        "remarks": acceleration_remarks(study.tables["acceleration"]),
+        "remarks": [*acceleration_remarks(study.tables["acceleration"]), *overlap_remarks(study)],
         "failed": failed_table(runs(study)),
-        "assumptions": [*(text for experiment in of_study(study.config) for text in experiment.ASSUMPTIONS), *ASSUMPTIONS],
+        "assumptions": assumptions(study),
     }
+
+
+def assumptions(study: Study) -> list[str]:
+    """Assumptions of the study's experiments, and of all studies."""
+    own = [text for experiment in of_study(study.config) for text in experiment.ASSUMPTIONS]
+    return [*own, *ASSUMPTIONS, *([READING] if study.as_printed else [])]
 
 
 def acceleration_table(table: pd.DataFrame) -> pd.DataFrame:
@@ -77,6 +87,20 @@ def acceleration_remarks(table: pd.DataFrame) -> list[str]:
         f"{row['experiment']} at ({row['static_friction']:g}, {row['rolling_friction']:g}): the bias exceeds the noise."
         for _, row in beyond.iterrows()
     ]
+
+
+def overlap_remarks(study: Study) -> list[str]:
+    """Number of simulations of every experiment in which grains overlap too much."""
+    sentences = []
+    for experiment in of_study(study.config):
+        table = study.every[experiment.NAME].drop_duplicates("simulation_id")
+        beyond = table[table["overlaps_too_much"].astype(bool)]
+        if len(beyond):
+            sentences.append(
+                f"{experiment.TITLE}: in {len(beyond)} of {len(table)} simulations grains overlap by more than "
+                f"{LARGEST_OVERLAP_RATIO:.0%} of r, by up to {beyond['max_overlap_ratio'].max():.0%}."
+            )
+    return sentences
 
 
 def failed_table(simulated: pd.DataFrame) -> pd.DataFrame | None:

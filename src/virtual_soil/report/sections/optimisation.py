@@ -35,7 +35,7 @@ def figures(study: Study) -> dict[str, Item]:
 def tables(study: Study) -> dict[str, pd.DataFrame]:
     """Optima and minima."""
     return {
-        "optimisation": optimisation_table(study.tables["calibration"], study.responses),
+        "optimisation": optimisation_table(study),
         "minima": minima_table(study.tables["minima"], study.responses),
     }
 
@@ -57,10 +57,14 @@ def iterations(history: pd.DataFrame) -> Figure:
     return figure
 
 
-def optimisation_table(calibration: pd.DataFrame, responses: Responses) -> pd.DataFrame:
-    """All optima, and the printed ones."""
+def optimisation_table(study: Study) -> pd.DataFrame:
+    """All optima, and those that the paper prints where the study is the paper's."""
+    calibration, responses = study.tables["calibration"], study.responses
     rows = [optimum_row(row, responses) for _, row in calibration.iterrows()]
-    rows += [printed_row(case, printed, responses) for case, printed in paper.OPTIMA.items()]
+    if set(study.as_printed) == set(responses):
+        rows += [
+            printed_row(case, printed, responses) for case, printed in paper.OPTIMA.items() if case in set(calibration["case"])
+        ]
     order = {case: k for k, case in enumerate(dict.fromkeys(calibration["case"]))}
     headers = [*map(header, VARIABLES.values()), *map(header, responses.values())]
     columns = ["case", "source", *headers, "cost", "iterations", "Gauss–Newton"]

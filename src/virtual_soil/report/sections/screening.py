@@ -38,7 +38,7 @@ def screening_table(table: pd.DataFrame, responses: Responses) -> pd.DataFrame:
     """Table 2, ours beside the paper's."""
     response = next(response for response in responses.values() if response.column in table)
     ours, theirs = table[response.column], table["paper_angle_deg"]
-    return pd.DataFrame(
+    found = pd.DataFrame(
         {
             "parameter": table["parameter"],
             "changed to": ["base set" if pd.isna(v) else f"{v:g}" for v in table["changed_value"]],
@@ -51,3 +51,4 @@ def screening_table(table: pd.DataFrame, responses: Responses) -> pd.DataFrame:
             "beyond noise": np.where(table["exceeds_noise"], "yes", "no"),
         }
     )
+    return found if theirs.notna().any() else found.drop(columns=[name for name in found if "paper" in name])

@@ -1,6 +1,6 @@
 """Virtual tests and surrogates: what was simulated, the surrogates fitted to it, and their errors."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import pandas as pd
 
@@ -55,7 +55,7 @@ def figures(study: Study) -> dict[str, Item]:
 def tables(study: Study) -> dict[str, pd.DataFrame]:
     """Coefficients, errors and Sobol indices."""
     return {
-        "equation": equation_table(study.models["quadratic"]),
+        "equation": equation_table(study.models["quadratic"], study.as_printed),
         "quality": quality_table({kind: study.models[kind] for kind in ("quadratic", "gaussian_process")}),
         "sensitivity": sensitivity_table(study.tables["sensitivity"]),
     }
@@ -108,7 +108,7 @@ def response_figure(study: Study, name: str, grid: pd.DataFrame) -> Item:
     """A response over the friction grid, with the paper's surrogate if the paper shows it."""
     response, radius_m = study.responses[name], study.config["material"]["radius_m"]
     fits = {"chosen": study.models["chosen"][name], "polynomial": study.models["quadratic"][name]}
-    printed = published().get(name) if measured(EXPERIMENTS)[response] else None
+    printed = published().get(name) if measured(EXPERIMENTS)[response] and name in study.as_printed else None
     return Item(
         response_plots.response_lines(grid, response, fits, radius_m, printed),
         grid,
@@ -116,13 +116,14 @@ def response_figure(study: Study, name: str, grid: pd.DataFrame) -> Item:
     )
 
 
-def equation_table(surrogates: Mapping) -> pd.DataFrame:
-    """Coefficients of f and g, ours beside the printed ones, in Pa and degrees."""
-    printed, rows = published(), []
+def equation_table(surrogates: Mapping, as_printed: Collection[str]) -> pd.DataFrame:
+    """Coefficients of f and g in Pa and degrees, beside the printed ones of the responses in as_printed."""
+    printed, rows = {name: surrogate for name, surrogate in published().items() if name in as_printed}, []
     for name, surrogate in surrogates.items():
         rows += [(spoken(name), *row) for row in f_rows(surrogate, printed.get(name))]
         rows += [(spoken(name), *row) for row in g_rows(surrogate, printed.get(name))]
-    return pd.DataFrame(rows, columns=["response", "term", "ours", "paper's"])
+    table = pd.DataFrame(rows, columns=["response", "term", "ours", "paper's"])
+    return table if printed else table.drop(columns="paper's")
 
 
 def f_rows(surrogate, printed) -> list[tuple[str, str, str]]:

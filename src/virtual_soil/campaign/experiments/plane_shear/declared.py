@@ -154,6 +154,11 @@ def floors(config: dict) -> dict[str, float]:
     return {response.name: least for response in RESPONSES if response.signed}
 
 
+def as_printed(config: dict) -> bool:
+    """False: the paper has no such test."""
+    return False
+
+
 def canonical(material: dict, config: dict) -> dict:
     """Return the simulated material of a point: its own, as floor and lid are glued grains that differ for each friction."""
     return material

@@ -21,7 +21,7 @@ from virtual_soil.campaign.experiments.common import (
     soil_of,
     time_step_s,
 )
-from virtual_soil.campaign.settings import choice, setting
+from virtual_soil.campaign.settings import choice, defaults, setting
 
 NAME = "repose"
 #: Nouns for one simulation, for several, and for the samples that each seed prepares.
@@ -138,6 +138,13 @@ def check_loads(config: dict) -> list[float]:
 def floors(config: dict) -> dict[str, float]:
     """Least scale of the errors of a response: none beside the combined uncertainties."""
     return {}
+
+
+def as_printed(config: dict) -> bool:
+    """True if the protocol is the paper's, which the defaults are; plate and estimator do not matter."""
+    same = ("n_particles", "tube_diameter_ratio", "wall_static_friction", "wall_rolling_friction")
+    papers, speed = defaults(Settings), defaults(Fidelity)["lift_speed_m_s"]
+    return all(config[NAME][key] == papers[key] for key in same) and config["fidelity"]["campaign"]["lift_speed_m_s"] == speed
 
 
 def wall_frictions(material: dict, config: dict) -> tuple[float, float]:

@@ -22,7 +22,7 @@ from virtual_soil.campaign.experiments.common import (
     soil_of,
     time_step_s,
 )
-from virtual_soil.campaign.settings import choice, setting
+from virtual_soil.campaign.settings import choice, defaults, setting
 
 NAME = "shear"
 #: Nouns for one simulation, for several, and for the samples that each seed prepares.
@@ -171,6 +171,12 @@ def check_loads(config: dict) -> list[float]:
 def floors(config: dict) -> dict[str, float]:
     """Least scale of the errors of a response: the test resolves no smaller ones."""
     return {"cohesion": RESOLVED_RATIO * max(loads(config))}
+
+
+def as_printed(config: dict) -> bool:
+    """True if the protocol is the paper's slice, which the defaults are; stresses and evaluation do not matter."""
+    same = ("length_ratio", "height_ratio", "width_ratio", "displacement_ratio", "frame_static_friction")
+    return all(config[NAME][key] == defaults(Settings)[key] for key in same)
 
 
 def wall_frictions(material: dict, config: dict) -> tuple[float, float]:
