@@ -36,6 +36,7 @@ WEIGHTS = {"angle_of_repose": 0.2, "cohesion": 0.2, "friction_angle": 0.2, "larg
 #: As few and as short simulations as make all surrogates.
 STUDY = {
     "study": "small",
+    "experiments": list(TESTS),
     "soils": ["own"],
     "design": {
         "grid": {"static_friction": [0.2, 0.5, 0.9], "rolling_friction": [0.05, 0.1, 0.2]},
@@ -86,7 +87,7 @@ def project(tmp_path_factory):
     line = printed("add-an-experiment.md", "from virtual_soil.campaign.experiments.density import")
     first = "from virtual_soil.campaign.experiments.repose"
     text = registry.read_text().replace(first, f"{line}{first}", 1)
-    registry.write_text(re.sub(r"= \(shear, repose\)", "= (shear, repose, density)", text))
+    registry.write_text(re.sub(r"= \((shear, plane_shear, repose)\)", r"= (\1, density)", text))
     result = run(project, "virtual_soil.campaign.generate")
     assert result.returncode == 0, result.stderr
     after = hashes(project)

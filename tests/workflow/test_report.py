@@ -6,11 +6,15 @@ import pandas as pd
 import pytest
 
 from virtual_soil.campaign.code import ROOT
-from virtual_soil.campaign.experiments.registry import BY_NAME, RESPONSES
-from virtual_soil.report.contents import FIGURES, TABLES
+from virtual_soil.campaign.experiments.registry import BY_NAME, RESPONSES, responses_of
+from virtual_soil.campaign.sections import Study
+from virtual_soil.campaign.settings import defaults
+from virtual_soil.campaign.study import as_printed
+from virtual_soil.report.contents import FIGURES, TABLES, figure_names
 from virtual_soil.report.experiments import DECLARED, EXPERIMENTS, measured
+from virtual_soil.report.quantities import VARIABLES
 from virtual_soil.report.sections import SECTIONS, soils
-from virtual_soil.report.sections.answer import answer_remarks
+from virtual_soil.report.sections.answer import answer_card, answer_remarks
 from virtual_soil.report.sections.soils import reach_remarks
 from virtual_soil.report.sections.uncertainty import coverage_sentence
 
@@ -29,7 +33,9 @@ def tables(determined=True, **changes):
     row = {
         "case": "sand", "surrogate": "ours", "at_bound": "", "n_distinct": 1, "deviation_sd": 0.5, "missed": "", "extrapolated": "",
         "prediction": "confirmed", "match": "matches", "n_spoiled": 0,
-        "cohesion_pa": 24.0, "friction_angle_deg": 30.0, "angle_of_repose_deg": 30.0, **changes,
+        "cohesion_pa": 24.0, "friction_angle_deg": 30.0, "angle_of_repose_deg": 30.0,
+        **{f"{name}{end}": value for name in VARIABLES for end, value in (("", 0.5), ("_low_95", 0.4), ("_high_95", 0.6))},
+        **changes,
     }  # fmt: skip
     reach = [{"response": name, "lowest_simulated": low, "highest_simulated": high} for name, (low, high) in RANGES.items()]
     direction = {"case": "sand", "determined": determined, "component_radius_m": 0.05, "component_static_friction": 0.9,
@@ -42,7 +48,8 @@ def tables(determined=True, **changes):
 
 
 def remark(**changes):
-    (text,) = answer_remarks(tables(**changes))
+    study = SimpleNamespace(tables=tables(**changes), responses=responses_of(("repose", "shear")))
+    (text,) = answer_remarks(study)
     return text
 
 
@@ -64,11 +71,69 @@ def test_every_reason_for_doubt_is_named():
     assert "does not confirm what was predicted (contradicted: cohesion)" in remark(prediction="contradicted: cohesion")
     assert "too few or too small to decide" in remark(match="not decided: friction_angle")
     assert "3 distinct minima" in remark(n_distinct=3)
+    assert "µs lies outside the 95 % interval: the optimum weighs errors" in remark(static_friction=0.7)
+    assert "µr lies outside the 95 % interval: the optimum also prefers large grains" in remark(
+        rolling_friction=0.3, weight_large_grains=0.25
+    )
     assert "do not determine +0.90 µs -0.40 µr there" in remark(determined=False)
 
 
+CARD = {
+    "case": "sand", "match": "matches", "prediction": "confirmed", "n_spoiled": 0, "max_overlap_ratio": 0.03,
+    **{f"{name}{end}": 0.5 for name in VARIABLES for end in ("", "_low_95", "_high_95")},
+}  # fmt: skip
+LINE = {"response": "cohesion", "simulated": 20.0, "simulated_se": 1.0, "target": 24.0, "match": "matches"}
+
+
+def card(**changes):
+    return answer_card({**CARD, **changes}, pd.DataFrame([LINE]))
+
+
+def test_a_card_is_green_only_if_all_targets_are_matched_and_nothing_there_was_spoiled():
+    assert card()["state"] == "good"
+    assert not card()["spoiled"]
+    assert not card()["soft"]
+    assert card(match="not decided: cohesion")["state"] == "open"
+    assert card(match="misses: cohesion")["state"] == "bad"
+    assert card(n_spoiled=2)["state"] == "bad"
+    assert card(n_spoiled=2)["spoiled"] == "2 of its simulations failed or did not come to rest"
+
+
+def test_grains_that_overlap_too_much_are_on_the_card():
+    assert card(max_overlap_ratio=0.13)["soft"].startswith("grains overlap by up to 13% of r in its simulations, more than 5%")
+    assert card(max_overlap_ratio=float("nan"))["soft"] == ""
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value", "left"),
+    [
+        ("material", "density_kg_m3", 2650.0, []),
+        ("engine", "gravity_m_s2", 1.62, []),
+        ("design", "geometry", "fixed", []),
+        ("repose", "n_particles", 700, ["shear"]),
+        ("shear", "width_ratio", 6.0, ["repose"]),
+        ("shear", "normal_stresses_pa", [100.0, 200.0, 400.0], ["shear", "repose"]),
+    ],
+)
+def test_the_paper_stands_beside_studies_of_its_material_and_protocol_only(section, key, value, left):
+    config = defaults(Study)
+    assert as_printed(config) == ["shear", "repose"]
+    config[section][key] = value
+    assert as_printed(config) == left
+
+
+def test_a_study_shows_the_figures_of_its_own_experiments():
+    config = defaults(Study)
+    assert "plane_shear_curves" not in figure_names(config)
+    assert {"shear_curves", "cohesion", "lift"} <= set(figure_names(config))
+    planar = figure_names(config | {"experiments": ["repose", "plane_shear"]})
+    assert not {"shear_curves", "cohesion"} & set(planar)
+    assert {"plane_shear_curves", "steady_friction_angle", "lift"} <= set(planar)
+
+
 def text_of_soils(*rows):
-    return soils.words(SimpleNamespace(tables={"reachability": pd.DataFrame(rows)}))["remarks"]
+    config = {"experiments": ["repose", "shear"]}
+    return soils.words(SimpleNamespace(config=config, tables={"reachability": pd.DataFrame(rows)}))["remarks"]
 
 
 def test_a_target_out_of_reach_is_told_with_the_way_on():
@@ -111,7 +176,7 @@ def test_every_response_belongs_to_one_experiment():
     assert sorted(named) == sorted(RESPONSES)
     for experiment in EXPERIMENTS:
         assert set(experiment.RESPONSES) == {response.name for response in BY_NAME[experiment.NAME].RESPONSES}
-    assert [response.name for response in measured()] == named
+    assert [response.name for response in measured(EXPERIMENTS)] == named
 
 
 def test_no_figure_or_table_is_listed_twice():

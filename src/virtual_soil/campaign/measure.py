@@ -10,6 +10,9 @@ from virtual_soil.campaign.experiments.common import LARGEST_OVERLAP_RATIO
 from virtual_soil.campaign.experiments.registry import BY_NAME, REDUCED
 from virtual_soil.campaign.tables import batch_results, empty_table
 
+#: Column of an experiment that records overlaps.
+OVERLAP = "max_overlap_ratio"
+
 
 def measured_table(experiment: str, design: pd.DataFrame, runs, results, timings, settings: dict) -> pd.DataFrame:
     """Return one row per design row of an experiment, with the responses measured in its simulation.
@@ -24,7 +27,8 @@ def measured_table(experiment: str, design: pd.DataFrame, runs, results, timings
     if not rows:  # a round of refinement without new points
         return empty_table(experiment)
     measured = pd.DataFrame(rows)
-    measured["overlaps_too_much"] = measured["max_overlap_ratio"].astype(float) > LARGEST_OVERLAP_RATIO
+    if OVERLAP in measured:
+        measured["overlaps_too_much"] = measured[OVERLAP].astype(float) > LARGEST_OVERLAP_RATIO
     texts = {"simulation_id", "status", "reason", "overlaps_too_much"}
     counts = {name for name in measured if measured[name].dtype.kind == "i"}
     numbers = {name: float for name in measured if name not in texts | counts}
@@ -46,8 +50,8 @@ def spoiled(tables: dict[str, pd.DataFrame]) -> dict[str, int]:
 
 def largest_overlaps(tables: dict[str, pd.DataFrame]) -> dict[str, float]:
     """Return point -> largest overlap over the radius in its simulations, over all experiments in the tables."""
-    runs = [tables[name][["point_id", "max_overlap_ratio"]] for name in BY_NAME if name in tables]
-    return pd.concat(runs).groupby("point_id")["max_overlap_ratio"].max().to_dict()
+    runs = [table[["point_id", OVERLAP]] for name, table in tables.items() if name in BY_NAME and OVERLAP in table]
+    return pd.concat(runs).groupby("point_id")[OVERLAP].max().to_dict() if runs else {}
 
 
 def responses_by_seed(responses: Responses, tables: dict[str, pd.DataFrame], settings: dict) -> dict[str, pd.DataFrame]:

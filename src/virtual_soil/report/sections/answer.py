@@ -179,12 +179,9 @@ def outside_interval(optimum: Mapping) -> list[str]:
     if not outside:
         return []
     large = optimum.get(f"weight_{LARGE_GRAINS}", 0.0) > 0
-    why = (
-        "the optimum also prefers large grains" if large else "the optimum weighs the errors of the targets, not their probability"
-    )
-    return [
-        f"Its {', '.join(map(symbol, outside))} lies outside the 95 % interval, as {why}, and the interval holds what is probable."
-    ]
+    why = "also prefers large grains" if large else "weighs errors by the configured weights"
+    named = ", ".join(map(symbol, outside))
+    return [f"Its {named} lies outside the 95 % interval: the optimum {why}, while the interval holds what is probable."]
 
 
 def beyond_simulated(optimum: Mapping, reachability: pd.DataFrame, responses: Responses) -> list[str]:

@@ -94,6 +94,8 @@ def overlap_remarks(study: Study) -> list[str]:
     sentences = []
     for experiment in of_study(study.config):
         table = study.every[experiment.NAME].drop_duplicates("simulation_id")
+        if "overlaps_too_much" not in table:
+            continue
         beyond = table[table["overlaps_too_much"].astype(bool)]
         if len(beyond):
             sentences.append(
