@@ -32,11 +32,13 @@ def test_values_are_taken_over_with_their_source(tmp_path):
     assert np.isnan(table.loc["cohesion", "standard_uncertainty"])
 
 
-@pytest.mark.parametrize(("strength", "slope"), [("peak", 0.7), ("plateau", 0.6)])
-def test_laboratory_shear_tests_and_heaps_give_values_with_errors(tmp_path, strength, slope):
+@pytest.mark.parametrize(
+    ("strength", "prefixes", "slope"), [("peak", ("", "peak_"), 0.7), ("plateau", ("",), 0.6), ("steady", ("steady_",), 0.6)]
+)
+def test_laboratory_shear_tests_and_heaps_give_values_with_errors(tmp_path, strength, prefixes, slope):
     rows = ["test,normal_stress_pa,displacement_m,force_n"]
     for k, p in enumerate((10e3, 20e3, 40e3, 80e3)):
-        for step in range(11):
+        for step in range(21):
             peak = 0.7 if step == 4 else min(0.15 * step, 0.6)
             rows.append(f"{k},{p},{step * 1e-4},{(50 + peak * p) * 0.0036}")
     write(tmp_path, "\n".join(rows), "shear.csv")
@@ -46,8 +48,12 @@ direct_shear_csv: {{file: shear.csv, shear_area_m2: 0.0036, strength: {strength}
 repose_csv: {{file: heaps.csv}}
 """
     table = measure_soil(write(tmp_path, text)).set_index("property")
-    assert table.loc["cohesion", "value"] == pytest.approx(50.0)
-    assert np.tan(np.radians(table.loc["friction_angle", "value"])) == pytest.approx(slope)
+    names = [f"{prefix}{name}" for prefix in prefixes for name in ("cohesion", "friction_angle")]
+    assert sorted(table.index) == sorted([*names, "angle_of_repose"])
+    for prefix in prefixes:
+        assert table.loc[f"{prefix}cohesion", "value"] == pytest.approx(50.0)
+        assert np.tan(np.radians(table.loc[f"{prefix}friction_angle", "value"])) == pytest.approx(slope)
+    assert table["strength"].to_dict() == {**dict.fromkeys(names, strength), "angle_of_repose": ""}
     assert table.loc["angle_of_repose", ["value", "standard_uncertainty"]].tolist() == pytest.approx(
         [30.0, student(2) / np.sqrt(3)]
     )
@@ -148,4 +154,29 @@ def test_whoever_insists_may_have_unusual_numbers(tmp_path):
     area = "direct_shear_csv: {file: shear.csv, shear_area_m2: 3600}\n"
     with pytest.raises(CalibrationError, match="direct_shear_csv.shear_area_m2 is 3600; allowed: usually 0.0001 to 10 m2"):
         measure_soil(write(tmp_path, area))
-    assert len(measure_soil(write(tmp_path, area.replace("}", ", insist: true}")))) == 2
+    assert len(measure_soil(write(tmp_path, area.replace("}", ", insist: true}")))) == 4
+
+
+@pytest.mark.parametrize(
+    ("n", "slope", "said"), [(40, 0.0, "4 tests, steady"), (40, 0.02, "4 tests, steady; in 4 of them it still changes at the end")]
+)
+def test_a_laboratory_strength_that_still_changes_is_said_to(tmp_path, n, slope, said):
+    rng = np.random.default_rng(1)
+    rows = ["test,normal_stress_pa,displacement_m,force_n"]
+    for k, p in enumerate((10e3, 20e3, 40e3, 80e3)):
+        rows += [f"{k},{p},{1e-4 * i},{p * (0.6 + slope * i / 10 + 1e-3 * rng.standard_normal()) * 0.0036}" for i in range(n)]
+    write(tmp_path, "\n".join(rows), "shear.csv")
+    text = "direct_shear_csv: {file: shear.csv, shear_area_m2: 0.0036, strength: steady}\n"
+    assert set(measure_soil(write(tmp_path, text))["method"]) == {f"direct shear, {said}"}
+
+
+def test_a_curve_too_short_to_be_steady_is_refused(tmp_path):
+    rows = [f"{k},{p},{x},{0.6 * p}" for k, p in enumerate((1e3, 2e3, 4e3)) for x in range(10)]
+    write(tmp_path, "\n".join(["test,normal_stress_pa,displacement_m,force_n", *rows]), "shear.csv")
+    text = "direct_shear_csv: {file: shear.csv, shear_area_m2: 1.0, strength: steady}\n"
+    with pytest.raises(
+        CalibrationError, match="shear.csv: test '0': the curve has 10 samples; .* or another `strength`: peak, plateau"
+    ):
+        measure_soil(write(tmp_path, text))
+    with pytest.raises(CalibrationError, match="direct_shear_csv.strength is 'highest'; allowed: peak or plateau or steady"):
+        measure_soil(write(tmp_path, text.replace("steady", "highest")))

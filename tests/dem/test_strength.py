@@ -55,6 +55,7 @@ def test_blocks_have_students_factor():
         ((STRAIN, P[:50], P), r"shear stress has shape \(50,\)"),
         ((STRAIN, np.where(STRAIN > 3, np.nan, P), P), "shear stress is nan in sample"),
         ((STRAIN[::-1], P, P), "does not grow after sample 0"),
+        (([], [], []), "the curve has no samples"),
         ((STRAIN, P, 0.0 * P), "normal stress is 0 in sample 0; allowed: above zero"),
         ((np.append(STRAIN[:199], 400.0), P, P), "leave gaps"),
     ],
@@ -62,3 +63,8 @@ def test_blocks_have_students_factor():
 def test_what_is_no_curve_is_refused(columns, message):
     with pytest.raises(CurveError, match=message):
         steady(*columns)
+
+
+def test_a_curve_read_by_hand_has_its_highest_sample_as_peak():
+    highest = peak([0.0, 1.0, 2.0], [0.0, 7.0, 5.0], [10.0, 10.0, 10.0])
+    assert (highest.shear_stress_pa, highest.position) == (7.0, 1.0)

@@ -47,7 +47,9 @@ def test_the_printed_soil_file_is_understood_with_the_example_data(tmp_path):
     (soil,) = [block for block in blocks(ROOT / "docs/guides/own-soil.md") if "angle_of_repose_deg:" in block]
     (tmp_path / "my_sand.yaml").write_text(soil)
     shutil.copy(ROOT / "config/soils/example/shear_box.csv", tmp_path / "my_sand.csv")
-    assert set(measure_soil(tmp_path / "my_sand.yaml")["property"]) == {"cohesion", "friction_angle", "angle_of_repose"}
+    assert set(measure_soil(tmp_path / "my_sand.yaml")["property"]) == {
+        *("cohesion", "friction_angle", "peak_cohesion", "peak_friction_angle", "angle_of_repose")
+    }
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.relative_to(ROOT).as_posix())

@@ -35,7 +35,19 @@ def test_a_study_of_a_known_soil_is_ready_to_run(project):
     update_config(config, yaml.safe_load(path.read_text()))
     check_config(config)
     assert (config["study"], config["soils"]) == ("moon", ["lunar_regolith"])
-    assert [case["soil"] for case in config["optimise"]["cases"]] == ["lunar_regolith"]
+    (case,) = config["optimise"]["cases"]
+    assert case["soil"] == "lunar_regolith"
+    assert config["experiments"] == ["repose", "plane_shear"]
+    assert case["weights"] == {"angle_of_repose": 1, "steady_cohesion": 1, "steady_friction_angle": 1}
+
+
+def test_a_soil_without_targets_of_plane_shear_is_asked_by_the_shear_box(project):
+    soil = project / "config/soils/box.yaml"
+    soil.write_text("".join(f"{name}: {{value: 30.0, source: own}}\n" for name in ("friction_angle_deg", "angle_of_repose_deg")))
+    (path,) = new_study.start(project, "moon", "box")
+    own = yaml.safe_load(path.read_text())
+    assert own["experiments"] == ["repose", "shear"]
+    assert own["optimise"]["cases"][0]["weights"] == {"angle_of_repose": 1, "friction_angle": 1}
 
 
 def test_the_suggested_lines_are_valid_and_change_nothing_as_they_stand(project):
@@ -45,14 +57,15 @@ def test_the_suggested_lines_are_valid_and_change_nothing_as_they_stand(project)
     update_config(config, own)
     check_config(config)
     assert {"material", "engine", "design", "refine"} <= set(own)
-    assert {key: config[key] for key in config if key not in ("study", "soils", "optimise")} == {
-        key: default[key] for key in default if key not in ("study", "soils", "optimise")
+    own_keys = ("study", "experiments", "soils", "optimise")
+    assert {key: config[key] for key in config if key not in own_keys} == {
+        key: default[key] for key in default if key not in own_keys
     }
 
 
 def test_a_soil_of_ones_own_is_refused_until_it_is_filled_in(project):
     _, soil = new_study.start(project, "my_sand")
-    with pytest.raises(CalibrationError, match=r"my_sand.yaml: cohesion_pa.value is None; allowed: a number"):
+    with pytest.raises(CalibrationError, match=r"my_sand.yaml: peak_cohesion_pa.value is None; allowed: a number"):
         measure_soil(soil)
     soil.write_text(re.sub("value: , standard_uncertainty: ,", "value: 33.0, standard_uncertainty: 1.0,", soil.read_text()))
     assert measure_soil(soil)["value"].tolist() == [33.0] * 3
@@ -62,8 +75,9 @@ def test_the_suggested_shear_box_file_is_understood(project):
     _, soil = new_study.start(project, "my_sand")
     shutil.copy(project / "config/soils/example/shear_box.csv", soil.with_suffix(".csv"))
     lines = uncommented(soil).replace("value: , standard_uncertainty: ,", "value: 33.0,").splitlines()
-    soil.write_text("\n".join(line for line in lines if not line.startswith(("cohesion", "friction"))))
-    assert set(measure_soil(soil)["property"]) == {"cohesion", "friction_angle", "angle_of_repose"}
+    soil.write_text("\n".join(line for line in lines if not line.startswith("peak_")))
+    own = yaml.safe_load((project / "config" / "my_sand.yaml").read_text())
+    assert set(own["optimise"]["cases"][0]["weights"]) < set(measure_soil(soil)["property"])
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,14 @@
 """What the workflow makes of a configuration before anything runs."""
 
+from contextlib import nullcontext
+
 import pytest
 import yaml
 
 from virtual_soil.campaign.code import ROOT
-from virtual_soil.campaign.study import StudyError, design_rows, experiment_settings, simulations
+from virtual_soil.campaign.sections import Study
+from virtual_soil.campaign.settings import defaults
+from virtual_soil.campaign.study import StudyError, check_soils, design_rows, experiment_settings, simulations
 
 
 def planned(experiment, **changes):
@@ -76,3 +80,28 @@ def test_tables_and_figures_need_frictions_and_radius(gone):
     design["variables"].remove(gone)
     with pytest.raises(StudyError, match="design.variables is .*; allowed: any keys of material beside static_friction"):
         design_rows(config)
+
+
+@pytest.mark.parametrize(
+    ("stated", "case", "message"),
+    [
+        (
+            "peak",
+            {"friction_angle": 1},
+            "target friction_angle of a is a peak strength; allowed: a plateau strength, as the simulated",
+        ),
+        ("steady", {"peak_friction_angle": 1}, "target peak_friction_angle of a is a steady strength; allowed: a peak strength"),
+        ("plateau", {"friction_angle": 1}, ""),
+        ("peak", {"peak_friction_angle": 1}, ""),
+    ],
+)
+def test_a_target_of_another_strength_than_the_simulated_is_refused(tmp_path, monkeypatch, stated, case, message):
+    folder = tmp_path / "config" / "soils"
+    folder.mkdir(parents=True)
+    (name,) = case
+    (folder / "mine.yaml").write_text(f"{name}_deg: {{value: 30.0, source: own, strength: {stated}}}\n")
+    monkeypatch.chdir(tmp_path)
+    config = defaults(Study) | {"soils": ["mine"], "experiments": ["repose", "plane_shear", "shear"]}
+    config["optimise"]["cases"] = [{"case": "a", "soil": "mine", "weights": case}]
+    with pytest.raises(StudyError, match=message) if message else nullcontext():
+        check_soils(config)

@@ -21,4 +21,4 @@ if __name__ == "__main__":
             found = twin_soil(name, twin, responses_of(params.experiments), runs, params.design, params.material)
             tables.append(found.assign(method=", ".join(["simulated", *prepared])))
     provenance = {"rule": snakemake.rule, **dict(params.items())}
-    write_table(pd.concat(tables, ignore_index=True), snakemake.output.table, "soil", provenance)
+    write_table(pd.concat(tables, ignore_index=True).fillna({"strength": ""}), snakemake.output.table, "soil", provenance)

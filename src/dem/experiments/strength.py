@@ -62,11 +62,12 @@ def peak(position, shear_stress_pa, normal_stress_pa) -> Peak:
 
     Parameters
     ----------
-    position : array_like, shape (n,), ascending; n is at least 20. shear_stress_pa, normal_stress_pa : array_like, shape (n,).
+    position, shear_stress_pa, normal_stress_pa : array_like, shape (n,). A curve of fewer than 30 samples, such as one read by
+    hand, is not averaged: its peak is its highest sample.
 
     Raises
     ------
-    CurveError : the curve is too short, uneven in length, not finite, or does not move forward.
+    CurveError : the curve is empty, uneven in length or not finite.
     """
     position, shear, normal = checked(position, shear_stress_pa, normal_stress_pa)
     window = np.full(max(1, round(PEAK_WINDOW * len(position))), 1.0)
@@ -77,8 +78,14 @@ def peak(position, shear_stress_pa, normal_stress_pa) -> Peak:
 
 
 def steady(position, shear_stress_pa, normal_stress_pa) -> Steady:
-    """Steady strength of a curve, and whether it is steady; arguments and errors as of `peak`."""
+    """Steady strength of a curve, and whether it is steady; arguments as of `peak`.
+
+    Raises
+    ------
+    CurveError : as of `peak`; also fewer than 20 samples, gaps between them, positions that go back, or no normal stress.
+    """
     position, shear, normal = checked(position, shear_stress_pa, normal_stress_pa)
+    check_long(position, normal)
     begin = position[-1] - STEADY_PART * (position[-1] - position[0])
     block = np.minimum((N_BLOCKS * (position - begin) / (position[-1] - begin)).astype(int), N_BLOCKS - 1)
     within, places = position >= begin, (np.arange(N_BLOCKS) + 0.5) / N_BLOCKS - 0.5
@@ -106,18 +113,24 @@ def checked(*columns) -> tuple[np.ndarray, ...]:
     names = ("position", "shear stress", "normal stress")
     arrays = tuple(np.asarray(column, dtype=float) for column in columns)
     n = len(arrays[0])
-    if n < LEAST_SAMPLES:
-        raise CurveError(f"the curve has {n} samples; allowed: at least {LEAST_SAMPLES}")
+    if n == 0:
+        raise CurveError("the curve has no samples; allowed: at least one")
     for name, values in zip(names, arrays, strict=True):
         if values.shape != (n,):
             raise CurveError(f"{name} has shape {values.shape}; allowed: ({n},), a value for each position")
         if not np.isfinite(values).all():
             worst = int(np.argmin(np.isfinite(values)))
             raise CurveError(f"{name} is {values[worst]} in sample {worst}; allowed: finite numbers")
-    steps = np.diff(arrays[0])
-    if (steps <= 0.0).any():
-        raise CurveError(f"the position does not grow after sample {int(np.argmax(steps <= 0.0))}; allowed: ascending positions")
-    if (arrays[2] <= 0.0).any():
-        worst = int(np.argmax(arrays[2] <= 0.0))
-        raise CurveError(f"normal stress is {arrays[2][worst]:g} in sample {worst}; allowed: above zero")
     return arrays
+
+
+def check_long(position: np.ndarray, normal: np.ndarray) -> None:
+    """Raise CurveError unless a curve is long enough to be steady, goes forward and has normal stress."""
+    if len(position) < LEAST_SAMPLES:
+        raise CurveError(f"the curve has {len(position)} samples; allowed: at least {LEAST_SAMPLES}")
+    back = np.diff(position) < 0.0
+    if back.any() or position[-1] <= position[0]:
+        raise CurveError(f"the position does not grow after sample {int(np.argmax(back))}; allowed: ascending positions")
+    if (normal <= 0.0).any():
+        worst = int(np.argmax(normal <= 0.0))
+        raise CurveError(f"normal stress is {normal[worst]:g} in sample {worst}; allowed: above zero")

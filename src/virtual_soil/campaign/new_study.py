@@ -6,7 +6,23 @@ from pathlib import Path
 from string import Template
 
 from virtual_soil.campaign.code import ROOT
+from virtual_soil.campaign.experiments.registry import BY_DEFAULT, RECOMMENDED, RESPONSES, chosen
 from virtual_soil.campaign.settings import NAME
+from virtual_soil.campaign.soils import measure_soil
+
+
+def own_targets(template: str) -> set[str]:
+    """Responses that the starter's soil file has entries for; template : its text."""
+    return {name for name, response in RESPONSES.items() if re.search(rf"^{response.column}:", template, flags=re.MULTILINE)}
+
+
+def questions(targets: set[str]) -> tuple[list[str], list[str]]:
+    """Experiments of a new study, and the responses that it weighs: those that its soil has targets for."""
+    for experiments in (RECOMMENDED, BY_DEFAULT):
+        asked = {experiment.NAME: [r.name for r in experiment.RESPONSES if r.name in targets] for experiment in chosen(experiments)}
+        if all(asked.values()):
+            break
+    return experiments, sorted(name for names in asked.values() for name in names)
 
 
 def start(root: Path, study: str, soil: str | None = None) -> list[Path]:
@@ -26,8 +42,13 @@ def start(root: Path, study: str, soil: str | None = None) -> list[Path]:
     for path in files:
         if path.exists():
             raise SystemExit(f"{path.relative_to(root)} exists already and is left as it is; allowed: another STUDY.")
+    template = (starter / "soil.yaml").read_text(encoding="utf-8")
+    known = own_targets(template) if soil is None else set(measure_soil(soils / f"{soil}.yaml")["property"])
+    experiments, weighed = questions(known)
+    weights = ", ".join(f"{name}: 1" for name in weighed)
+    named = {"study": study, "soil": soil or study, "experiments": f"[{', '.join(experiments)}]", "weights": f"{{{weights}}}"}
     for path, template in files.items():
-        text = Template(template.read_text(encoding="utf-8")).substitute(study=study, soil=soil or study)
+        text = Template(template.read_text(encoding="utf-8")).substitute(named)
         path.write_text(text, encoding="utf-8")
     return list(files)
 

@@ -22,6 +22,8 @@ from virtual_soil.campaign.laboratory import is_number, laboratory_path
 
 #: Entry of a soil file -> the experiment whose laboratory module reads it.
 FILES = {experiment.LABORATORY: experiment.NAME for experiment in EXPERIMENTS if experiment.LABORATORY}
+#: Which strength a value may say that it is.
+STATED_STRENGTHS = ("peak", "plateau", "steady")
 KEYS = {response.column for response in RESPONSES.values()} | set(FILES)
 
 
@@ -49,7 +51,7 @@ def measure_soil(path: str | Path) -> pd.DataFrame:
     for name, response in RESPONSES.items():
         times = found.count(name)
         demand(times < 2, f"{path}: {response.column}", f"given {times} times", "once, as a value or from a CSV")
-    table = pd.DataFrame(rows)
+    table = pd.DataFrame([{"strength": "", **row} for row in rows])
     table["unit"] = table["property"].map(lambda name: RESPONSES[name].unit)
     table.insert(0, "soil", path.stem)
     insisted = {RESPONSES[row["property"]].name for row in rows if row.pop("insist", False)}
@@ -94,7 +96,7 @@ def check_range(path: Path, response: Response, row: dict, insisted: bool) -> No
 def from_value(path: Path, response: Response, entry) -> dict:
     """Row of a response given as a value."""
     key = response.column
-    allowed = {"value", "source", "standard_uncertainty", "insist"}
+    allowed = {"value", "source", "standard_uncertainty", "strength", "insist"}
     demand(isinstance(entry, dict) and set(entry) <= allowed, f"{path}: {key}", entry, f"a mapping with keys of {sorted(allowed)}")
     for required in ("value", "source"):
         demand(required in entry, f"{path}: {key}.{required}", "missing", "a value with its source")
@@ -109,8 +111,16 @@ def from_value(path: Path, response: Response, entry) -> dict:
         "standard_uncertainty": np.nan if uncertainty is None else float(uncertainty),
         "source": entry["source"],
         "method": "value",
+        "strength": strength_in(path, key, entry),
         "insist": insists(path, key, entry),
     }
+
+
+def strength_in(path: Path, key: str, entry: dict) -> str:
+    """Strength that an entry states; empty if it states none."""
+    stated = entry.get("strength", "")
+    demand(stated in ("", *STATED_STRENGTHS), f"{path}: {key}.strength", repr(stated), " or ".join(STATED_STRENGTHS))
+    return stated
 
 
 def insists(path: Path, key: str, entry: dict) -> bool:

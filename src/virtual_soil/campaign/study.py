@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import jsonschema
+import pandas as pd
 import yaml
 
 from virtual_soil.calibration.errors import CalibrationError, demand
@@ -17,7 +18,7 @@ from virtual_soil.calibration.points import point_id
 from virtual_soil.calibration.screening import changed_materials
 from virtual_soil.campaign import settings, yamls
 from virtual_soil.campaign.design import expand
-from virtual_soil.campaign.experiments.registry import BY_NAME, LOADS, chosen, responses_of
+from virtual_soil.campaign.experiments.registry import BY_NAME, BY_RESPONSE, LOADS, chosen, responses_of
 from virtual_soil.campaign.sections import USUAL_TERMS, Engine, Material, Study
 from virtual_soil.campaign.settings import NAME
 from virtual_soil.campaign.soils import laboratory_files, measure_soil
@@ -303,10 +304,24 @@ def raw_files(soils: list[str]) -> list[str]:
         raise StudyError(str(error)) from None
 
 
+def check_strengths(config: dict, case: dict, targets: pd.DataFrame) -> None:
+    """Refuse a case whose target is another strength than the simulated test measures; targets : soil table by property."""
+    for name, stated in targets["strength"].items():
+        simulated = BY_RESPONSE[str(name)].strength(config, str(name))
+        demand(
+            not stated or not simulated or stated == simulated,
+            f"optimise.cases: target {name} of {case['case']}",
+            f"a {stated} strength",
+            f"a {simulated} strength, as the simulated test measures, or a weight for the responses of an experiment that measures "
+            f"the {stated} strength",
+        )
+
+
 def check_soils(config: dict) -> None:
     """Read every soil file to refuse impossible targets before any simulation; also check that every case names a soil."""
     try:
-        targets = {Path(path).stem: set(measure_soil(path)["property"]) for path in soil_files(config)}
+        measured = {Path(path).stem: measure_soil(path) for path in soil_files(config)}
+        targets = {soil: set(table["property"]) for soil, table in measured.items()}
         known, responses = [*config["soils"], *config["twins"]], responses_of(config["experiments"])
         for case in config["optimise"]["cases"]:
             demand(case["soil"] in known, f"optimise.cases: soil of {case['case']}", case["soil"], f"one of {known}")
@@ -318,6 +333,8 @@ def check_soils(config: dict) -> None:
                 ", ".join(sorted(wanted - given)),
                 f"those that {case['soil']} has a target for: {', '.join(sorted(given & set(responses)))}",
             )
+            if case["soil"] in measured:
+                check_strengths(config, case, measured[case["soil"]].set_index("property").loc[sorted(wanted)])
         both = sorted(set(config["soils"]) & set(config["twins"]))
         demand(not both, "twins", both, "names that are not in soils")
         names = [case["case"] for case in config["optimise"]["cases"]]

@@ -13,8 +13,11 @@ EXPERIMENTS: tuple[ModuleType, ...] = (shear, plane_shear, repose)
 
 BY_NAME = {experiment.NAME: experiment for experiment in EXPERIMENTS}
 RESPONSES: Responses = {response.name: response for experiment in EXPERIMENTS for response in experiment.RESPONSES}
+BY_RESPONSE = {response.name: experiment for experiment in EXPERIMENTS for response in experiment.RESPONSES}
 #: Names of the experiments of a study that names none, in the order in which they are run.
 BY_DEFAULT = [experiment.NAME for experiment in reversed(EXPERIMENTS) if experiment.BY_DEFAULT]
+#: Names of the experiments of a new study.
+RECOMMENDED = [repose.NAME, plane_shear.NAME]
 #: Load columns of the design table.
 LOADS = tuple(dict.fromkeys(experiment.LOAD for experiment in EXPERIMENTS if experiment.LOAD))
 #: Reduced table -> experiment whose runs it summarises.

@@ -154,6 +154,11 @@ def floors(config: dict) -> dict[str, float]:
     return {response.name: least for response in RESPONSES if response.signed}
 
 
+def strength(config: dict, response: str) -> str:
+    """Which strength a response is: peak or steady, as its name says."""
+    return response.partition("_")[0]
+
+
 def as_printed(config: dict) -> bool:
     """False: the paper has no such test."""
     return False

@@ -140,6 +140,11 @@ def floors(config: dict) -> dict[str, float]:
     return {}
 
 
+def strength(config: dict, response: str) -> str:
+    """Which strength a response is: none."""
+    return ""
+
+
 def as_printed(config: dict) -> bool:
     """True if the protocol is the paper's, which the defaults are; plate and estimator do not matter."""
     same = ("n_particles", "tube_diameter_ratio", "wall_static_friction", "wall_rolling_friction")

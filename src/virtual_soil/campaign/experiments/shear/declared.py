@@ -173,6 +173,11 @@ def floors(config: dict) -> dict[str, float]:
     return {"cohesion": RESOLVED_RATIO * max(loads(config))}
 
 
+def strength(config: dict, response: str) -> str:
+    """Which strength a response is: peak or plateau, as configured."""
+    return config[NAME]["strength"]
+
+
 def as_printed(config: dict) -> bool:
     """True if the protocol is the paper's slice, which the defaults are; stresses and evaluation do not matter."""
     same = ("length_ratio", "height_ratio", "width_ratio", "displacement_ratio", "frame_static_friction")

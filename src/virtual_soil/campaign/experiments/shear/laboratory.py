@@ -4,7 +4,9 @@ from pathlib import Path
 from typing import cast
 
 import numpy as np
+import pandas as pd
 
+from dem.experiments.strength import CurveError, peak, steady
 from virtual_soil.calibration.errors import CalibrationError, demand
 from virtual_soil.campaign.experiments.mohr_coulomb import StrengthLine, fit_line
 from virtual_soil.campaign.experiments.shear.definitions import PLATEAU_WINDOW
@@ -14,12 +16,18 @@ from virtual_soil.campaign.laboratory import is_number, readings, skipped
 KEYS = frozenset({"file", "shear_area_m2", "strength", "source", "columns", "decimal", "insist"})
 #: Cross-sections of shear boxes that nobody need insist on: others are most often in mm2 or cm2.
 USUAL_AREAS_M2 = (1e-4, 10.0)
+#: Strength that a soil file may ask for -> prefixes of the responses that it is the target of.
+STRENGTHS = {"peak": ("", "peak_"), "plateau": ("",), "steady": ("steady_",)}
 #: Plausible stresses in a shear box; outside this range a unit or a sign is wrong.
 STRESSES_PA = (1e-3, 1e9)
 
 
 def read(soil: Path, entry) -> list[dict]:
-    """Read force against displacement at several loads and determine cohesion and friction angle."""
+    """Read force against displacement at several loads and determine cohesion and friction angle of the strength asked for.
+
+    They are targets of the experiments that measure the same strength: peak and steady of the plane shear test, peak and plateau of
+    the shear box.
+    """
     found = readings(soil, "direct_shear_csv", entry, KEYS, ("test", "normal_stress", "displacement", "force"))
     area, kind = entry.get("shear_area_m2"), entry.get("strength", "peak")
     demand(is_number(area) and area > 0, f"{soil}: direct_shear_csv.shear_area_m2", area, "a positive number")
@@ -30,34 +38,51 @@ def read(soil: Path, entry) -> list[dict]:
         f"{area:g}",
         f"usually {low:g} to {high:g} m2; if it is meant, add `insist: true` to the entry",
     )
-    demand(kind in ("peak", "plateau"), f"{soil}: direct_shear_csv.strength", repr(kind), "peak or plateau")
-    box, stresses, strengths = soil.parent / entry["file"], [], []
+    demand(kind in STRENGTHS, f"{soil}: direct_shear_csv.strength", repr(kind), " or ".join(STRENGTHS))
+    box, points, n_drifting = soil.parent / entry["file"], [], 0
     for name, test in found.table.groupby("test", sort=False):
-        begin, end = test["displacement_m"].min(), test["displacement_m"].max()
-        chosen = test if kind == "peak" else test[test["displacement_m"] >= end - PLATEAU_WINDOW * (end - begin)]
         with np.errstate(over="ignore"):
-            strength = float(chosen["force_n"].max() if kind == "peak" else chosen["force_n"].mean()) / area
-            stress = float(test["normal_stress_pa"].mean())
-        for what, value in (("normal stress", stress), (f"{kind} shear strength", strength)):
+            point, drifting = strength_of(box, str(name), kind, test, area)
+        n_drifting += drifting
+        for what, value in (("normal stress", point[0]), (f"{kind} shear strength", point[1])):
             least, largest = STRESSES_PA
             where, allowed = f"{box}: {what} of test {name!r}", f"{least:g} to {largest:g} Pa; see units and signs"
             demand(least <= value <= largest, where, f"{value:g} Pa", allowed)
-        stresses.append(stress)
-        strengths.append(strength)
-    line = strength_line(box, np.array(stresses), np.array(strengths))
+        points.append(point)
+    line = strength_line(box, *np.array(points).T)
+    drift = f"; in {n_drifting} of them it still changes at the end" if n_drifting else ""
     shared = {
         "source": entry.get("source", entry["file"]),
-        "method": f"direct shear, {len(stresses)} tests, {kind}{skipped(found)}",
+        "method": f"direct shear, {len(points)} tests, {kind}{drift}{skipped(found)}",
+        "strength": kind,
+    }
+    values = {
+        "cohesion": (line.cohesion_pa, line.cohesion_se_pa),
+        "friction_angle": (line.friction_angle_deg, line.friction_angle_se_deg),
     }
     return [
-        {"property": "cohesion", "value": line.cohesion_pa, "standard_uncertainty": line.cohesion_se_pa, **shared},
-        {
-            "property": "friction_angle",
-            "value": line.friction_angle_deg,
-            "standard_uncertainty": line.friction_angle_se_deg,
-            **shared,
-        },
+        {"property": f"{prefix}{name}", "value": value, "standard_uncertainty": error, **shared}
+        for prefix in STRENGTHS[kind]
+        for name, (value, error) in values.items()
     ]
+
+
+def strength_of(box: Path, name: str, kind: str, test: pd.DataFrame, area_m2: float) -> tuple[tuple[float, float], bool]:
+    """Normal stress and shear strength of one test in Pa, by the definitions of the simulated tests; True if it still changes.
+
+    Raises CalibrationError if the curve is too short to have a steady strength.
+    """
+    curve = test["displacement_m"].to_numpy(), test["force_n"].to_numpy() / area_m2, test["normal_stress_pa"].to_numpy()
+    try:
+        if kind == "peak":
+            return (float(curve[2].mean()), peak(*curve).shear_stress_pa), False
+        if kind == "steady":
+            last = steady(*curve)
+            return (last.normal_stress_pa, last.shear_stress_pa), not last.steady
+    except CurveError as error:
+        raise CalibrationError(f"{box}: test {name!r}: {error}; or another `strength`: {', '.join(STRENGTHS)}.") from None
+    begin, end = curve[0].min(), curve[0].max()
+    return (float(curve[2].mean()), float(curve[1][curve[0] >= end - PLATEAU_WINDOW * (end - begin)].mean())), False
 
 
 def strength_line(box: Path, stresses: np.ndarray, strengths: np.ndarray) -> StrengthLine:
