@@ -42,9 +42,11 @@ def start(root: Path, study: str, soil: str | None = None) -> list[Path]:
     for path in files:
         if path.exists():
             raise SystemExit(f"{path.relative_to(root)} exists already and is left as it is; allowed: another STUDY.")
-    template = (starter / "soil.yaml").read_text(encoding="utf-8")
-    known = own_targets(template) if soil is None else set(measure_soil(soils / f"{soil}.yaml")["property"])
-    experiments, weighed = questions(known)
+    if soil is None:
+        targets = own_targets((starter / "soil.yaml").read_text(encoding="utf-8"))
+    else:
+        targets = set(measure_soil(soils / f"{soil}.yaml")["property"])
+    experiments, weighed = questions(targets)
     weights = ", ".join(f"{name}: 1" for name in weighed)
     named = {"study": study, "soil": soil or study, "experiments": f"[{', '.join(experiments)}]", "weights": f"{{{weights}}}"}
     for path, template in files.items():
