@@ -1,11 +1,16 @@
 """Posterior, regions, equivalent sets and identifiability, against problems with known answers."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from virtual_soil.calibration.errors import CalibrationError
+from virtual_soil.calibration.models import from_json
 from virtual_soil.calibration.space import Space
+from virtual_soil.calibration.twin import made_up_twins
 from virtual_soil.calibration.uncertainty import (
     Likelihood,
     credible_level,
@@ -124,9 +129,14 @@ def test_equivalent_sets_lie_in_the_region_and_far_apart():
         def surrounds(self, values):
             return values["radius_m"] < 0.5
 
-    table = equivalents(posterior, SPACE, 10, {"cohesion": LeftHalf()})
-    assert (table["extrapolated"] == (table["radius_m"] >= 0.5)).all()
+    table = equivalents(posterior, likelihood, 10, {"cohesion": LeftHalf()})
+    assert not table["extrapolated"].iloc[1:].any()
+    assert (table["radius_m"].iloc[1:] < 0.5).all()
+    table = equivalents(posterior, likelihood, 10, {})
     assert table["rank"].tolist() == list(range(1, 11))
+    for name, response in RESPONSES.items():
+        distance = (table[response.column] - likelihood.targets[name]).abs()
+        assert (distance <= max(0.02 * 1.001, distance.iloc[0])).all()
     assert table["log_likelihood"].iloc[0] == posterior["log_likelihood"].max()
     assert table["log_likelihood"].min() >= posterior["log_likelihood"].quantile(0.05)
     assert (table["radius_m"] + table["static_friction"]).to_numpy() == pytest.approx(1.0, abs=0.08)
@@ -161,3 +171,32 @@ def test_an_unstated_uncertainty_is_a_share_of_the_value_and_a_stated_one_counts
     assert found.weights == pytest.approx({"angle_of_repose": 1 / 7, "cohesion": 10 / 7, "friction_angle": 10 / 7})
     with pytest.raises(CalibrationError, match="soil of a case is mars"):
         likelihood_of({**CASE, "soil": "mars"}, RESPONSES, {}, soils, SPACE, 0.05)
+
+
+def test_a_set_whose_prediction_is_uncertain_is_no_equivalent():
+    """Where the surrogate knows nothing, any target is consistent with it: the 95 % region holds such sets, the list must not."""
+
+    class Vague(Linear):
+        def predict_with_error(self, values):
+            mean, _ = super().predict_with_error(values)
+            return mean, np.where(np.asarray(values["static_friction"]) > 0.6, 0.5, 0.01)
+
+    likelihood = problem(truth=(0.5, 0.5, 0.5), sigma=(0.05, 0.05, 0.05))
+    vague = replace(likelihood, surrogates={name: Vague(model.slopes, 0.01) for name, model in likelihood.surrogates.items()})
+    posterior = posterior_table(CASE, vague, *sample(vague, 2000))
+    region = posterior[posterior["log_likelihood"] >= posterior["log_likelihood"].quantile(0.05)]
+    off = (region["static_friction"] - 0.5).abs()
+    assert off.max() > 0.2
+    table = equivalents(posterior, vague, 30, {})
+    assert len(table) > 10
+    assert (table["static_friction"] - 0.5).abs().max() < 0.06
+
+
+def test_regions_hold_as_many_made_up_soils_as_they_say():
+    """500 soils on the reference's surrogates, measured as well as a good laboratory does."""
+    reference = Path(__file__).parents[2] / "docs" / "reference" / "surrogates.json"
+    processes = from_json(reference.read_text(encoding="utf-8"), "gaussian_process")
+    noise = {"cohesion": 10.0, "friction_angle": 1.0, "angle_of_repose": 1.0}
+    levels = made_up_twins(RESPONSES, processes, processes["cohesion"].space, noise, 500, 1)
+    for mass, low, high in ((0.5, 0.45, 0.55), (0.9, 0.87, 0.93), (0.95, 0.93, 0.97)):
+        assert low <= np.mean(levels <= mass) <= high, mass

@@ -18,7 +18,7 @@ def main(files, params, output, provenance):
         likelihood = likelihoods[case["case"]]
         posterior = posterior_table(case, likelihood, *sample(likelihood, params.uncertainty["n_samples"]))
         tables["posterior"].append(posterior)
-        tables["equivalents"].append(equivalents(posterior, likelihood.space, params.uncertainty["n_equivalents"], processes))
+        tables["equivalents"].append(equivalents(posterior, likelihood, params.uncertainty["n_equivalents"], processes))
         tables["identifiability"].append(identifiability(case, likelihood, at[case["case"]]))
     for name, parts in tables.items():
         write_table(pd.concat(parts, ignore_index=True), output[name], name, provenance)

@@ -8,11 +8,11 @@ from virtual_soil.calibration.noise import error_of_mean, known_scatter
 from virtual_soil.calibration.points import point_at, point_id
 from virtual_soil.calibration.response import Response, Responses
 from virtual_soil.calibration.space import Space
-from virtual_soil.calibration.uncertainty import LEVELS, Likelihood, credible_level, probabilities
+from virtual_soil.calibration.uncertainty import LEVELS, Likelihood, credible_level, log_density, probabilities
 
 #: Mass of the region in which the truth should lie.
 REGION = LEVELS[1] - LEVELS[0]
-CROWD = 2**13
+CROWD, FINE_CROWD = 2**13, 2**16
 
 
 def twin_soil(name: str, twin: dict, responses: Responses, tables: dict, design: dict, material: dict) -> pd.DataFrame:
@@ -102,3 +102,24 @@ def coverage_table(responses: Responses, models: dict, space: Space) -> pd.DataF
         level = credible_level(logs, probabilities(logs), float(likelihood(np.clip(space.unit(truth), 0.0, 1.0))[0]))
         rows.append({**truth, "credible_level": level, "inside_95": bool(level <= REGION)})
     return pd.DataFrame(rows)
+
+
+def made_up_twins(responses: Responses, models: dict, space: Space, noise: dict[str, float], n: int, seed: int) -> np.ndarray:
+    """Credible levels (n,) of the truth of n soils made up on surrogates; uniform between 0 and 1 if the regions are right.
+
+    Parameters of every soil are drawn from the prior, its true responses within the surrogates' errors there, and its targets
+    within `noise`, the standard error of each response's measurement, around them.
+    """
+    random, unit = np.random.default_rng(seed), space.crowd(FINE_CROWD)
+    known = {name: models[name].predict_with_error(space.values(unit)) for name in responses}
+    levels = []
+    for truth in random.random((n, len(space.variables))):
+        values, logs, at = space.values(truth[None]), np.zeros(len(unit)), 0.0
+        for name in responses:
+            mean, error = (float(number[0]) for number in models[name].predict_with_error(values))
+            target = mean + np.hypot(error, noise[name]) * random.standard_normal()
+            everywhere, errors = known[name]
+            logs += log_density(everywhere, errors, target, noise[name])
+            at += float(log_density(mean, error, target, noise[name]))
+        levels.append(credible_level(logs, probabilities(logs), at))
+    return np.array(levels)

@@ -60,8 +60,7 @@ class Likelihood:
     def term(self, name: str, values) -> np.ndarray:
         """Contribution of one response, unweighted."""
         mean, error = self.surrogates[name].predict_with_error(values)
-        variance = self.tolerance(name) ** 2 + error**2
-        return -0.5 * ((mean - self.targets[name]) ** 2 / variance + np.log(variance))
+        return log_density(mean, error, self.targets[name], self.tolerance(name))
 
     def tolerance(self, name: str) -> float:
         """Standard deviation within which a target is to be met: its uncertainty and its discrepancy."""
@@ -74,6 +73,12 @@ class Likelihood:
             mean, error = self.surrogates[name].predict_with_error(values)
             result[name] = abs(float(mean) - self.targets[name]) / float(np.hypot(self.uncertainties[name], float(error)))
         return result
+
+
+def log_density(mean, error, target: float, tolerance: float):
+    """Log density of a target with a standard deviation, given a prediction with its standard error (any shape)."""
+    variance = tolerance**2 + error**2
+    return -0.5 * ((mean - target) ** 2 / variance + np.log(variance))
 
 
 def likelihood_of(
@@ -155,24 +160,48 @@ def intervals(posterior: pd.DataFrame, columns) -> dict[str, float]:
     }
 
 
-def equivalents(posterior: pd.DataFrame, space: Space, n: int, processes: dict) -> pd.DataFrame:
-    """N parameter sets of one case that the tests cannot tell apart: members of the 95 % region, as far apart as possible.
+def equivalents(posterior: pd.DataFrame, likelihood: Likelihood, n: int, processes: dict) -> pd.DataFrame:
+    """N parameter sets of one case that serve as well as the best: members of the 95 % region, as far apart as possible.
 
-    The most probable one is first; each next is the farthest from all before it. `extrapolated`: True if the simulated points of
-    any of the processes (by response) do not surround it.
+    The most probable one is first; each next is the farthest from all before it. Every other meets each target as well as the
+    first is known to (see `serves`), and the simulated points of all processes (by response) surround it: a set whose prediction
+    is uncertain is consistent with anything, and serves nobody. There may be fewer than n. Responses are the predictions.
+    `extrapolated`: True if the first is not surrounded.
     """
+    space = likelihood.space
     region = posterior[posterior["log_likelihood"] >= posterior["log_likelihood"].quantile(0.05)].reset_index(drop=True)
+    first = int(region["log_likelihood"].argmax())
+    sets = region[list(space.variables)].to_dict("records")
+    surrounded = np.array([all(process.surrounds(values) for process in processes.values()) for values in sets])
+    kept = serves(likelihood, region, first) & surrounded
+    kept[first] = True
+    order, places = [first], np.flatnonzero(kept)
     unit = space.unit({name: region[name].to_numpy() for name in space.variables})
-    order = [int(region["log_likelihood"].argmax())]
-    distance = np.linalg.norm(unit - unit[order[0]], axis=1)
-    while len(order) < min(n, len(region)) and distance.max() > 0:
+    distance = np.where(kept, np.linalg.norm(unit - unit[first], axis=1), 0.0)
+    while len(order) < min(n, len(places)) and distance.max() > 0:
         order.append(int(distance.argmax()))
         distance = np.minimum(distance, np.linalg.norm(unit - unit[order[-1]], axis=1))
     table = region.iloc[order].reset_index(drop=True)
+    for name, response in likelihood.responses.items():
+        table[response.column] = likelihood.surrogates[name].predict({key: table[key].to_numpy() for key in space.variables})
     table.insert(2, "rank", np.arange(1, len(table) + 1))
-    sets = table[list(space.variables)].to_dict("records")
-    table["extrapolated"] = [not all(process.surrounds(values) for process in processes.values()) for values in sets]
+    table["extrapolated"] = ~surrounded[order]
     return table
+
+
+def serves(likelihood: Likelihood, region: pd.DataFrame, first: int) -> np.ndarray:
+    """Mask (m,) of the sets whose predictions are as near to all targets as the first's is known to be.
+
+    The distance allowed is the standard deviation of the target and of the first's prediction together, or the first's own
+    distance if that is larger.
+    """
+    values = {name: region[name].to_numpy() for name in likelihood.space.variables}
+    mask = np.ones(len(region), bool)
+    for name in likelihood.weights:
+        mean, error = likelihood.surrogates[name].predict_with_error(values)
+        distance = np.abs(mean - likelihood.targets[name])
+        mask &= distance <= max(float(np.hypot(likelihood.tolerance(name), error[first])), float(distance[first]))
+    return mask
 
 
 def identifiability(case: dict, likelihood: Likelihood, at: dict[str, float]) -> pd.DataFrame:
