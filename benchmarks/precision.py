@@ -139,7 +139,8 @@ def main() -> None:
         f"{SOIL.static_friction:g}, µr {SOIL.rolling_friction:g}, equal spheres unless said. Sizes are length x height x width in "
         "grain radii. SD: standard deviation over seeds of a single test. Steady: the mean over the last half of the strain; of "
         "the box: over the last 30 % of the displacement. Tests, core-seconds: as many as give the friction angle a standard "
-        f"error of {WANTED_DEG:g}°, from SD, at least one.",
+        f"error of {WANTED_DEG:g}°, from SD, at least one. An SD from so few seeds is itself known to "
+        f"± {100.0 / math.sqrt(2.0 * (given.seeds - 1)):.0f} %.",
         "",
         "| variant | peak τ/p | steady τ/p | φ (°) | SD (%) | largest overlap / r | core-s a test | tests | core-s |",
         "|---|---|---|---|---|---|---|---|---|",

@@ -6,7 +6,7 @@ import pytest
 
 from virtual_soil.campaign.experiments.repose import simulate as heaps
 from virtual_soil.campaign.experiments.repose.measure import measured
-from virtual_soil.campaign.experiments.shear.mohr_coulomb import strength_table
+from virtual_soil.campaign.experiments.shear.measure import reduce
 from virtual_soil.campaign.simulate import run_batch
 from virtual_soil.campaign.study import experiment_settings
 
@@ -69,7 +69,8 @@ def test_an_impossible_shear_test_is_recorded_and_left_out_of_the_strength(confi
             "plateau_shear_stress_pa": [60.0, 120.0, 240.0, np.nan],
         }
     )  # fmt: skip
-    assert strength_table(shear, "plateau", "plane")["n_runs"].tolist() == [3]
+    settings = {"strength": "plateau", "normal_stress": "plane"}
+    assert reduce("strength", shear, settings)["n_runs"].tolist() == [3]
 
 
 def test_a_heap_that_does_not_come_to_rest_in_time_says_so_and_has_no_angle_of_repose(config, tmp_path):
