@@ -14,7 +14,7 @@ from virtual_soil.calibration.sensitivity import sobol_table
 from virtual_soil.calibration.space import Space
 from virtual_soil.calibration.twin import coverage_table, twin_soil, twin_table
 from virtual_soil.calibration.uncertainty import Likelihood
-from virtual_soil.calibration.verify import answer, comparison_table, verdict
+from virtual_soil.calibration.verify import answer, comparison_table, undecided, verdict
 from virtual_soil.campaign.experiments.registry import responses_of
 from virtual_soil.campaign.measure import responses_by_seed
 
@@ -262,3 +262,15 @@ def test_an_unreachable_target_is_named_with_the_nearest_value_and_the_way_on():
     assert table.loc["angle_of_repose", "nearest_reachable"] == pytest.approx(48.0, abs=0.5)
     assert table.loc["angle_of_repose", "grows_with"] == "+rolling_friction, +radius_m"
     assert table.loc["friction_angle", "grows_with"] == ""
+
+
+def test_what_is_too_blunt_to_tell_is_undecided_whatever_the_prediction():
+    table = pd.DataFrame(
+        {
+            "case": ["a", "a", "b", "c", "c"],
+            "response": ["cohesion", "friction_angle", "cohesion", "cohesion", "friction_angle"],
+            "match": ["not decided", "matches", "misses", "not decided", "not decided"],
+            "prediction": ["confirmed", "not decided", "not decided", "contradicted", "confirmed"],
+        }
+    )
+    assert undecided(table) == {"a": ["cohesion"], "c": ["cohesion", "friction_angle"]}

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from virtual_soil.calibration.errors import CalibrationError
-from virtual_soil.campaign.design import expand, further
+from virtual_soil.campaign.design import decisive, expand, further
 
 CONFIG = yaml.safe_load((Path(__file__).parents[2] / "config" / "config.yaml").read_text())
 
@@ -139,3 +139,24 @@ def test_a_sweep_must_determine_its_factor(radii, n_couples, form, enough):
     else:
         with pytest.raises(CalibrationError, match="number of points of design.sweep.radius_m is 3; allowed: more than the 3"):
             expand(config)
+
+
+def test_every_round_of_further_seeds_doubles_their_number_where_something_is_undecided():
+    optimum = {"radius_m": 1e-4, "static_friction": 0.5, "rolling_friction": 0.1}
+    seeds = {"repose_seeds": [101, 102], "shear_seeds": [101], "plane_shear_seeds": [101]}
+    assert decisive(CONFIG, {}, seeds, 1).empty
+    first, second = (decisive(CONFIG, {"a": (optimum, ["repose"])}, seeds, k) for k in (1, 2))
+    assert set(first["experiment"]) == {"repose"}
+    assert first["seed"].tolist() == [1101, 1102]
+    assert second["seed"].tolist() == [2101, 2102, 3101, 3102]
+    both = decisive(CONFIG, {"a": (optimum, ["repose"]), "b": (optimum, ["repose", "shear"])}, seeds, 1)
+    assert not both.duplicated(["simulation_id", "point_id"]).any()
+    assert both["experiment"].value_counts().to_dict() == {"repose": 2, "shear": len(CONFIG["shear"]["normal_stresses_pa"])}
+
+
+def test_further_seeds_that_a_fit_has_used_are_refused():
+    config = copy.deepcopy(CONFIG)
+    config["verify"] |= {"repose_seeds": [5], "more_seeds": 2}
+    config["design"]["repose_seeds"] = [3005]
+    with pytest.raises(CalibrationError, match="verify.repose_seeds"):
+        expand(config)

@@ -52,7 +52,7 @@ STUDY = {
     "optimise": {"cases": [{"case": "own", "soil": "own", "weights": WEIGHTS}], "n_starts": 4},
     "uncertainty": {"n_samples": 100, "n_equivalents": 5},
     "refine": {"rounds": 0},
-    "verify": {f"{name}_seeds": [101] for name in TESTS},
+    "verify": {**{f"{name}_seeds": [101] for name in TESTS}, "more_seeds": 0},
 }
 SOIL = """
 angle_of_repose_deg: {value: 25.0, source: made up}

@@ -72,7 +72,14 @@ def test_long_simulations_stay_alone_and_do_not_tear_short_ones_apart():
 
 
 @pytest.mark.parametrize(
-    ("stage", "label"), [("", "campaign"), ("/rounds/1", "round1"), ("/rounds/12", "round12"), ("/verification", "verification")]
+    ("stage", "label"),
+    [
+        ("", "campaign"),
+        ("/rounds/1", "round1"),
+        ("/rounds/12", "round12"),
+        ("/verification", "verification"),
+        ("/verification/2", "verification2"),
+    ],
 )
 def test_a_batch_is_called_by_its_stage_and_its_bits(stage, label):
     found = shared(batches.batches(dict.fromkeys(names(300), 1.0), 100.0, stage))

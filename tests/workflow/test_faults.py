@@ -55,7 +55,7 @@ def tiny(config: dict) -> dict:
     config["optimise"]["n_starts"] = 2
     config["uncertainty"] |= {"n_samples": 100, "n_equivalents": 3}
     config["refine"] |= {"points_per_case": 1, **seeds}
-    config["verify"] |= {"repose_seeds": [101], "shear_seeds": [101]}
+    config["verify"] |= {"repose_seeds": [101], "shear_seeds": [101], "more_seeds": 0}
     # heaps as stiff as they are take a second, and are saved often: whatever is stopped goes on from the middle
     return config | {"checkpoint_interval_s": 0.05}
 

@@ -3,7 +3,14 @@ import functools
 
 from snakemake.exceptions import WorkflowError
 
-from virtual_soil.campaign.batches import NAME, batches, digest, later_stages, stage_of
+from virtual_soil.campaign.batches import (
+    NAME,
+    batches,
+    digest,
+    later_stages,
+    stage_of,
+    verification_stages,
+)
 from virtual_soil.campaign.code import Code
 from virtual_soil.campaign.cost import expected_s, memory_mb, runtime_min
 from virtual_soil.campaign.experiments import module_of
@@ -68,8 +75,13 @@ DESIGN = in_words(design_rows, config)
 SIMULATIONS = in_words(simulations, config, DESIGN)
 ROUNDS = config["refine"]["rounds"]
 LAST = f"{RESULTS}/rounds/{ROUNDS}"
+MORE_SEEDS = config["verify"]["more_seeds"]
 # Folders of the later stages' tables, below the results.
-LATER_STAGES = later_stages(ROUNDS)
+LATER_STAGES = later_stages(ROUNDS, MORE_SEEDS)
+# Seeds of the first round of the verification.
+FIRST_SEEDS = {
+    key: config["verify"][key] for key in config["verify"] if key.endswith("_seeds")
+}
 
 # The engine's fingerprint is part of a simulation's identity. Every rule has the parameter `code`, the fingerprint of its script and
 # of all modules that the script imports. Snakemake itself compares only the script's modification time (profiles/default disables
@@ -124,7 +136,8 @@ wildcard_constraints:
     experiment="|".join(TESTS),
     reduced="|".join(REDUCED),
     # folder of a stage's tables below results/<study>; empty for the campaign
-    stage=r"|/rounds/\d+|/verification",
+    stage=r"|/rounds/\d+|/verification|/verification/\d+",
+    more=r"\d+",
 
 
 # Rules that take a second or two and read only small tables. As a cluster job each would take ten seconds.
@@ -146,6 +159,8 @@ localrules:
     reduce,
     twins,
     verification_design,
+    compare_seeds,
+    more_seeds,
     verify,
     check_manifest,
 
@@ -245,8 +260,10 @@ def code_with(script, part):
 
 def stored_in_stage(stage, experiment, file):
     """Return a file of every batch of one experiment in a stage; later stages wait for their checkpoint."""
-    if stage.endswith("verification"):
+    if stage == "/verification":
         checkpoints.verification_design.get()
+    elif stage.startswith("/verification"):
+        checkpoints.more_seeds.get(more=stage.rpartition("/")[2])
     elif stage:
         checkpoints.refinement_design.get(round=stage.rpartition("/")[2])
     names = sorted(stage_batches(stage, experiment))
@@ -290,6 +307,15 @@ def known_tables(wildcards):
     rounds = [f"{RESULTS}/rounds/{k}" for k in range(1, int(wildcards.round) + 1)]
     return [
         f"{folder}/{name}.parquet" for folder in (RESULTS, *rounds) for name in MEASURED
+    ]
+
+
+def verified(more):
+    """Return the tables of responses of the verification up to a round of further seeds; 0: of its first seeds."""
+    return [
+        f"{RESULTS}{stage}/{name}.parquet"
+        for stage in verification_stages(more)
+        for name in MEASURED
     ]
 
 

@@ -89,14 +89,55 @@ checkpoint verification_design:
         f"{LOGS}/verification_design.log",
     params:
         study={key: config[key] for key in SIMULATED_BY},
-        verify={
-            key: config["verify"][key] for key in config["verify"] if key not in LIMITS
-        },
+        verify=FIRST_SEEDS,
         code=CODE.of_script("verification_design"),
     message:
         "List the simulations of every optimum, with seeds that no fit has used."
     script:
         "../scripts/verification_design.py"
+
+
+# What the seeds so far decide, before each round of further seeds.
+rule compare_seeds:
+    input:
+        calibration=f"{LAST}/calibration.parquet",
+        surrogates=f"{LAST}/surrogates.json",
+        soils=f"{RESULTS}/soil.parquet",
+        campaign=[f"{RESULTS}/{name}.parquet" for name in MEASURED],
+        tables=lambda wildcards: verified(int(wildcards.more) - 1),
+    output:
+        table=f"{RESULTS}/verification/{{more}}/comparison.parquet",
+    log:
+        f"{LOGS}/verification/{{more}}/compare_seeds.log",
+    params:
+        experiments=config["experiments"],
+        material=config["material"],
+        uncertainty=config["uncertainty"],
+        verify={name: config["verify"][name] for name in LIMITS},
+        settings={name: config[name] for name in TESTS},
+        code=CODE.of_script("verify"),
+    message:
+        "Compare the optima with their simulations so far, before round {wildcards.more} of further seeds."
+    script:
+        "../scripts/verify.py"
+
+
+checkpoint more_seeds:
+    input:
+        calibration=f"{LAST}/calibration.parquet",
+        comparison=f"{RESULTS}/verification/{{more}}/comparison.parquet",
+    output:
+        table=f"{RESULTS}/verification/{{more}}/design.parquet",
+    log:
+        f"{LOGS}/verification/{{more}}/more_seeds.log",
+    params:
+        study={key: config[key] for key in SIMULATED_BY},
+        verify=FIRST_SEEDS,
+        code=CODE.of_script("more_seeds"),
+    message:
+        "List further seeds for the optima that are not decided; round {wildcards.more}."
+    script:
+        "../scripts/more_seeds.py"
 
 
 rule verify:
@@ -105,7 +146,7 @@ rule verify:
         surrogates=f"{LAST}/surrogates.json",
         soils=f"{RESULTS}/soil.parquet",
         campaign=[f"{RESULTS}/{name}.parquet" for name in MEASURED],
-        tables=[f"{RESULTS}/verification/{name}.parquet" for name in MEASURED],
+        tables=verified(MORE_SEEDS),
     output:
         table=f"{RESULTS}/verification.parquet",
     log:

@@ -131,6 +131,12 @@ def summary(values: np.ndarray, known_error: float) -> tuple[float, float, float
     return float(values.mean()), sd, float(student(n - 1)) * sd / np.sqrt(n) if n > 2 else known_error, n
 
 
+def undecided(comparison: pd.DataFrame) -> dict[str, list[str]]:
+    """Case -> responses of which the simulations at its optimum are too blunt to tell whether they match their targets."""
+    open_questions = comparison[comparison["match"] == UNDECIDED]
+    return {case: list(names) for case, names in open_questions.groupby("case", sort=False)["response"]}
+
+
 def conclusion(calibration, posterior, verification, likelihoods: dict[str, Likelihood], processes: dict) -> pd.DataFrame:
     """The optima with their uncertainty and the verdicts of their verification; one row per case.
 

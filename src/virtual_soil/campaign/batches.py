@@ -11,19 +11,24 @@ import math
 import re
 
 #: Pattern of a batch's name (a regular expression without capturing groups).
-NAME = r"[0-9a-f]{10}|(?:campaign|round\d+|verification)(?:-[01]+)?"
+NAME = r"[0-9a-f]{10}|(?:campaign|round\d+|verification\d*)(?:-[01]+)?"
 #: Ratio of expected time to target time above which a node is split; with sqrt(2) its halves are also close to the target.
 SPLIT_RATIO = math.sqrt(2.0)
 
 
-def later_stages(rounds: int) -> list[str]:
-    """Return the stages after the campaign, in order."""
-    return [*(f"/rounds/{k}" for k in range(1, rounds + 1)), "/verification"]
+def later_stages(rounds: int, more_seeds: int) -> list[str]:
+    """Return the stages after the campaign, in order; more_seeds : rounds of further seeds of the verification."""
+    return [*(f"/rounds/{k}" for k in range(1, rounds + 1)), *verification_stages(more_seeds)]
+
+
+def verification_stages(more_seeds: int) -> list[str]:
+    """Return the stages of the verification: with its first seeds, and with those of the rounds that are needed to decide."""
+    return ["/verification", *(f"/verification/{k}" for k in range(1, more_seeds + 1))]
 
 
 def label(stage: str) -> str:
-    """Prefix of a stage's batch names; a stage is given by its folder below results/<study>: '', /rounds/2, /verification."""
-    return stage.lstrip("/").replace("rounds/", "round") or "campaign"
+    """Prefix of a stage's batch names; a stage is given by its folder below results/<study>: '', /rounds/2, /verification/1."""
+    return stage.lstrip("/").replace("rounds/", "round").replace("verification/", "verification") or "campaign"
 
 
 def stage_of(batch: str) -> str | None:
@@ -31,9 +36,11 @@ def stage_of(batch: str) -> str | None:
     name = batch.partition("-")[0]
     if name == "campaign":
         return ""
-    if name == "verification":
-        return "/verification"
-    return f"/rounds/{name[5:]}" if re.fullmatch(r"round\d+", name) else None
+    found = re.fullmatch(r"(round|verification)(\d*)", name)
+    if found is None:
+        return None
+    kind, number = found.groups()
+    return f"/rounds/{number}" if kind == "round" else f"/verification/{number}".rstrip("/")
 
 
 def bits(simulation: str) -> str:

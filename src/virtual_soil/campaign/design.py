@@ -68,6 +68,19 @@ def further(config: dict, purpose: str, points: list[dict], seeds: dict) -> pd.D
     return ordered(pd.DataFrame(list(rows.values()), columns=list(template)).astype({k: type(v) for k, v in template.items()}))
 
 
+def decisive(config: dict, undecided: dict[str, tuple[dict, list[str]]], seeds: dict, number: int) -> pd.DataFrame:
+    """Return the design table of a round of further seeds: at every undecided optimum, the experiments that have to decide.
+
+    undecided : case -> values of the design variables, names of experiments. seeds : <experiment>_seeds of the first round, whose
+    number this round doubles for the number-th time; its seeds are those plus multiples of SEED_STEP.
+    """
+    steps = range(2 ** (number - 1), 2**number)
+    more = {key: [seed + SEED_STEP * step for step in steps for seed in seeds[key]] for key in SEED_KEYS.values()}
+    parts = [further(config | {"experiments": tests}, "verification", [values], more) for values, tests in undecided.values()]
+    table = pd.concat(parts) if parts else further(config, "verification", [], more)
+    return ordered(table.drop_duplicates(["simulation_id", "point_id"]))
+
+
 def wanted(config: dict):
     """Yield (purpose, experiment, fidelity, material, load, seed) of every simulation, including duplicates."""
     base, design, check, loads = config["material"], config["design"], config["fidelity"]["check"], campaign_loads(config)
@@ -173,7 +186,8 @@ def check_seeds(config: dict) -> None:
         seen |= set(config["design"][key])
         if experiment == screened_experiment(config).NAME:
             seen |= set(screening_seeds(config))
-        again = sorted(seen & set(config["verify"][key]))
+        steps = range(2 ** config["verify"]["more_seeds"])
+        again = sorted(seen & {seed + SEED_STEP * step for seed in config["verify"][key] for step in steps})
         demand(not again, f"verify.{key}", again, "seeds that the campaign and its refinement do not use")
 
 

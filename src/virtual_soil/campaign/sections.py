@@ -316,7 +316,24 @@ LIMITS = {
         "With a larger one a soil that misses its target would match for being blunt; the answer is then: not decided.",
     ),
 }
-Verify = make("Verify", "Every optimum is simulated with seeds that no fit has used.", {**seeds("verify"), **LIMITS})
+Verify = make(
+    "Verify",
+    "Every optimum is simulated with seeds that no fit has used.",
+    {
+        **seeds("verify"),
+        "more_seeds": (
+            int,
+            setting(
+                "rounds of further seeds for optima of which the tests cannot tell whether they match their targets; each doubles "
+                "the number of seeds; 0: none",
+                1,
+                minimum=0,
+                maximum=6,
+            ),
+        ),
+        **LIMITS,
+    },
+)
 
 TWIN = {
     "type": "object",

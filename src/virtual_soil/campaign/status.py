@@ -41,11 +41,16 @@ def read_rows(path: Path, columns: list[str]) -> list[dict]:
         raise SystemExit(f"{path}: not a readable table with {', '.join(columns)} ({one_line(error)}).") from None
 
 
+def numbered(results: Path, folder: str, word: str) -> dict[str, Path]:
+    """Return step -> design table of the numbered stages in a folder, in their order."""
+    paths = sorted(results.glob(f"{folder}/*/design.parquet"), key=lambda path: int(path.parent.name))
+    return {f"{word} {path.parent.name}": path for path in paths}
+
+
 def planned(results: Path) -> dict[str, dict]:
     """Return simulation_id -> experiment, fidelity and step of every planned simulation; duplicates belong to their first step."""
-    rounds = sorted(results.glob("rounds/*/design.parquet"), key=lambda path: int(path.parent.name))
-    steps = {"campaign": results / "design.parquet"}
-    steps |= {f"round {path.parent.name}": path for path in rounds} | {"verification": results / "verification" / "design.parquet"}
+    steps = {"campaign": results / "design.parquet", **numbered(results, "rounds", "round")}
+    steps |= {"verification": results / "verification" / "design.parquet", **numbered(results, "verification", "more seeds")}
     rows: dict[str, dict] = {}
     for step, path in steps.items():
         if path.is_file():
@@ -154,9 +159,8 @@ def model_errors(rows: dict[str, dict]) -> list[str]:
 def crashed_rules(logs: Path) -> list[str]:
     """Return the last log line of every other rule that ended with a traceback."""
     lines = []
-    for log in sorted(
-        [*logs.glob("*.log"), *logs.glob("rounds/*/*.log"), *logs.glob("verification/*.log"), *logs.glob("export/*.log")]
-    ):
+    parts = ("*.log", "rounds/*/*.log", "verification/*.log", "verification/*/*.log", "export/*.log")
+    for log in sorted(path for part in parts for path in logs.glob(part)):
         found = in_log(log, log.read_text(errors="replace").splitlines(), 0.0)
         if found["state"] == "failed":
             lines.append(found["note"])

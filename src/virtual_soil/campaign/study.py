@@ -243,7 +243,8 @@ def base_simulation(config: dict, rows: list[dict], experiment: str) -> dict:
 
 def planned_stages(results: str) -> list[str]:
     """Return the campaign and the later stages planned so far, as folders below results/<study>."""
-    folders = [f"{results}/verification", *sorted(map(str, Path(results).glob("rounds/*")))]
+    later = [*Path(results).glob("rounds/*"), *Path(results).glob("verification/*")]
+    folders = [f"{results}/verification", *sorted(map(str, later))]
     return ["", *(folder[len(results) :] for folder in folders if (Path(folder) / "design.parquet").is_file())]
 
 
