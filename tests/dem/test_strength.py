@@ -25,6 +25,19 @@ def test_peak_and_steady_strength_are_two_numbers():
     assert last.normal_stress_pa == highest.normal_stress_pa == 1000.0
 
 
+@pytest.mark.parametrize("n", [60, 100, 200])
+def test_the_peak_does_not_depend_on_how_long_the_test_goes_on(n):
+    highest = peak(STRAIN[:n], curve(10.0)[:n], P[:n])
+    assert highest.shear_stress_pa == peak(STRAIN, curve(10.0), P).shear_stress_pa
+
+
+def test_without_a_peak_the_highest_mean_is_near_the_steady_strength():
+    """The highest of 200 samples with a noise of 10 % would lie three standard deviations above."""
+    rng = np.random.default_rng(2)
+    ratios = [peak(STRAIN, 500.0 + 50.0 * rng.standard_normal(200), P).shear_stress_pa / 500.0 for _ in range(50)]
+    assert np.mean(ratios) < 1.1
+
+
 def test_the_steady_strengths_error_is_that_of_repeated_curves():
     found = [steady(STRAIN, curve(25.0, seed), P) for seed in range(300)]
     ratios = np.array([one.shear_stress_pa / one.normal_stress_pa for one in found])

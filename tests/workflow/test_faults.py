@@ -42,7 +42,7 @@ def tiny(config: dict) -> dict:
     config["screening"] |= {"base_seeds": [1, 2], "changed_seeds": [1], "factors": {"rolling_friction": 2.0}}
     config["fidelity"]["campaign"] |= quick | {"shear_stiffness_number": 1000.0}
     config["fidelity"]["reference"] |= quick | {"shear_stiffness_number": 2000.0}
-    config["fidelity"]["check"] = {"couples": [point], "normal_stresses_pa": [500.0], **seeds}
+    config["fidelity"]["check"] |= {"couples": [point], "normal_stresses_pa": [500.0], **seeds}
     # in a tube of five diameters rough grains may wedge and rise with it
     config["repose"] |= {"n_particles": 200, "tube_diameter_ratio": 7.0, "plate_half_width_ratio": 20.0}
     config["shear"] |= {

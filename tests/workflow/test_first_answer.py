@@ -74,6 +74,13 @@ def test_it_simulates_nothing_and_takes_a_soil_by_name_or_by_file(tmp_path):
         assert counted(plan) == {"estimate_from_reference": 1, "first_answer": 1}, plan
 
 
+@pytest.mark.slow
+def test_a_strength_that_the_reference_did_not_measure_is_said_to_be_another(tmp_path):
+    output = snakemake(tmp_path, "-c1", "first_answer", "--config", "soil=config/soils/example/example.yaml")
+    text = (tmp_path / "results/first_answer/example.txt").read_text()
+    assert "friction_angle: a peak strength of the soil, beside the plateau strength of the reference" in text, output
+
+
 @pytest.mark.parametrize(
     ("soil", "message"),
     [

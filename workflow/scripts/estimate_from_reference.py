@@ -4,9 +4,11 @@ from threadpoolctl import threadpool_limits
 
 from _log import log_to
 from virtual_soil.calibration.first_answer import cases_of, first_answer, first_answer_text
-from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.campaign.experiments.registry import BY_RESPONSE, RESPONSES
 from virtual_soil.campaign.files import write_text
 from virtual_soil.campaign.inference import read_models, read_tables, scale_of
+from virtual_soil.campaign.sections import Study
+from virtual_soil.campaign.settings import defaults
 from virtual_soil.campaign.soils import measure_soil
 from virtual_soil.campaign.tables import read_provenance, write_table
 
@@ -23,7 +25,9 @@ def main(files, params, output, provenance):
     settings = {"design": design, "cases": cases, "optimise": params.optimise, "uncertainty": params.uncertainty, "scale": scale}
     table, reach = first_answer(responses, models, processes, tables, soils, settings)
     write_table(table, output.table, "first_answer", {**provenance, "design": design, "material": material})
-    write_text(output.text, first_answer_text(responses, table, reach, soils, design, material))
+    measured = read_provenance(files.verification).get("settings", defaults(Study))  # tables made before they named them
+    strengths = {name: BY_RESPONSE[name].strength(measured, name) for name in responses}
+    write_text(output.text, first_answer_text(responses, table, reach, soils, design, material, strengths))
 
 
 if __name__ == "__main__":

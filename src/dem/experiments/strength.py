@@ -15,8 +15,11 @@ import numpy as np
 
 from dem import Rich
 
-#: Window of the peak's running mean, as a part of all samples.
-PEAK_WINDOW = 0.05
+#: Window of the peak's running mean, as a part of the samples up to the highest. It follows the peak and not the length of the
+#: curve: a test that goes on longer has the same peak. Where there is none, the highest sample comes late and the window is wide.
+PEAK_WINDOW = 0.4
+#: A curve of fewer samples, such as one read by hand, is not averaged.
+LEAST_AVERAGED = 30
 #: Last part of the curve in which the strength is to be steady, and number of its blocks.
 STEADY_PART, N_BLOCKS = 0.5, 5
 #: Student's factor for the mean of N_BLOCKS values, so that two standard errors have the probability of two normal ones (95.45 %),
@@ -62,16 +65,16 @@ def peak(position, shear_stress_pa, normal_stress_pa) -> Peak:
 
     Parameters
     ----------
-    position, shear_stress_pa, normal_stress_pa : array_like, shape (n,). A curve of fewer than 30 samples, such as one read by
-    hand, is not averaged: its peak is its highest sample.
+    position, shear_stress_pa, normal_stress_pa : array_like, shape (n,). Of fewer than LEAST_AVERAGED samples the highest is the
+    peak.
 
     Raises
     ------
     CurveError : the curve is empty, uneven in length or not finite.
     """
     position, shear, normal = checked(position, shear_stress_pa, normal_stress_pa)
-    window = np.full(max(1, round(PEAK_WINDOW * len(position))), 1.0)
-    means = [np.convolve(values, window / len(window), mode="valid") for values in (position, shear, normal)]
+    n = max(1, round(PEAK_WINDOW * (1 + int(np.argmax(shear))))) if len(shear) >= LEAST_AVERAGED else 1
+    means = [np.convolve(values, np.full(n, 1.0 / n), mode="valid") for values in (position, shear, normal)]
     highest = int(np.argmax(means[1]))
     at, tau, p = (float(values[highest]) for values in means)
     return Peak(shear_stress_pa=tau, normal_stress_pa=p, position=at)

@@ -63,9 +63,19 @@ def first_answer(responses: Responses, models: dict, processes: dict, tables: di
 
 
 def first_answer_text(
-    responses: Responses, table: pd.DataFrame, reach: pd.DataFrame, soils: pd.DataFrame, design: dict, material: dict
+    responses: Responses,
+    table: pd.DataFrame,
+    reach: pd.DataFrame,
+    soils: pd.DataFrame,
+    design: dict,
+    material: dict,
+    strengths: dict[str, str],
 ) -> str:
-    """The answer in a few lines; material: the reference campaign's, whose design variables the answer replaces."""
+    """The answer in a few lines.
+
+    material : the reference campaign's, whose design variables the answer replaces. strengths : response -> which strength the
+    reference measured, empty if none.
+    """
     soil = table["soil"].iloc[0]
     lines = [
         f"First answer for {soil}, from the reference tables in docs/reference.",
@@ -77,6 +87,10 @@ def first_answer_text(
         error = row["standard_uncertainty"]
         stated = f" +- {error:.3g}" if np.isfinite(error) else ""
         lines.append(f"  {row['property']:<18}{row['value']:>8.4g}{stated} {row['unit']}   {row['method']}; {row['source']}")
+    for _, row in soils.iterrows():
+        stated, measured = row["strength"], strengths.get(row["property"], "")
+        if stated and measured and stated != measured:
+            lines.append(f"  {row['property']}: a {stated} strength of the soil, beside the {measured} strength of the reference")
     lines += ["", "Can such grains behave like it?"]
     for _, row in reach.iterrows():
         unit = responses[row["response"]].unit

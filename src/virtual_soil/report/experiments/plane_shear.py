@@ -90,7 +90,7 @@ def strength_lines(tests: pd.DataFrame, lines: dict[str, pd.Series | None]) -> F
             continue
         cohesion, angle = (CAMPAIGN_RESPONSES[name] for name in STATES[state])
         stresses = np.linspace(0.0, 1.05 * p.max(), 50)
-        label = f"{state}: {value_with_error(line, cohesion, 0, ' ')}, {value_with_error(line, angle, 1)}"
+        label = f"{value_with_error(line, cohesion, 0, ' ')}, {value_with_error(line, angle, 1)}"
         axes.plot(stresses, line[cohesion.column] + stresses * np.tan(np.radians(line[angle.column])), color=colour, label=label)
     axes.set_xlabel("normal stress (Pa)")
     axes.set_ylabel("shear strength (Pa)")

@@ -25,7 +25,7 @@ def figures(_study: Study) -> dict[str, Item]:
 def tables(study: Study) -> dict[str, pd.DataFrame]:
     """Targets and ranges."""
     return {
-        "soils": soil_table(study.tables["soil"]),
+        "soils": soil_table(study.tables["soil"][study.tables["soil"]["property"].isin(study.responses)]),
         "reachability": reachability_table(study.tables["reachability"]),
     }
 

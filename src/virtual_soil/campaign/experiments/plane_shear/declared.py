@@ -30,15 +30,15 @@ NOUNS = ("plane shear test", "plane shear tests", "sheared beds")
 BY_DEFAULT = False
 
 
-def responses(state: str, index: str) -> tuple[Response, Response]:
-    """Cohesion and friction angle of one state of the soil ("peak", "steady"); index : of their symbols."""
+def responses(state: str) -> tuple[Response, Response]:
+    """Cohesion and friction angle of one state of the soil, "peak" or "steady"."""
     table = f"{state}_strength"
     return (
         Response(
             name=f"{state}_cohesion",
             column=f"{state}_cohesion_pa",
             unit="Pa",
-            symbol=f"c{index}",
+            symbol=f"c {state}",
             table=table,
             error_column=f"{state}_cohesion_se_pa",
             usual=USUAL_COHESIONS_PA,
@@ -51,7 +51,7 @@ def responses(state: str, index: str) -> tuple[Response, Response]:
             name=f"{state}_friction_angle",
             column=f"{state}_friction_angle_deg",
             unit="deg",
-            symbol=f"φ{index}",
+            symbol=f"φ {state}",
             table=table,
             error_column=f"{state}_friction_angle_se_deg",
             maximum=90.0,
@@ -62,8 +62,7 @@ def responses(state: str, index: str) -> tuple[Response, Response]:
     )
 
 
-#: Indices: cs is the critical state, p the peak.
-RESPONSES = (*responses("steady", "cs"), *responses("peak", "p"))
+RESPONSES = (*responses("steady"), *responses("peak"))
 #: Column of the load of a simulation.
 LOAD = "normal_stress_pa"
 #: Quantity for the comparison of the accelerated test with the reference.
