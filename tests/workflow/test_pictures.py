@@ -22,7 +22,7 @@ from virtual_soil.report.experiments import EXPERIMENTS
 from virtual_soil.report.paraview import write_series
 from virtual_soil.report.study import base_point
 
-CONFIG = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+CONFIG = yaml.safe_load((ROOT / "config" / "config.yaml").read_text()) | {"experiments": [test.NAME for test in EXPERIMENTS]}
 
 
 def grains_at(places, velocities=None):
@@ -105,6 +105,13 @@ def test_each_experiment_is_filmed(experiment, tmp_path, monkeypatch):
     small = {
         "repose": {"n_particles": 150, "tube_diameter_ratio": 6.0, "max_time_s": 0.02, "lift_speed_m_s": 5e-2},
         "shear": {"length_ratio": 16.0, "height_ratio": 10.0, "displacement_ratio": 1.0},
+        "plane_shear": {
+            "length_ratio": 12.0,
+            "height_ratio": 12.0,
+            "width_ratio": 8.0,
+            "shear_strain": 0.5,
+            "max_shear_strain": 0.5,
+        },
     }
     settings["setup"] |= small[experiment.NAME]
     path = tmp_path / "film.gif"

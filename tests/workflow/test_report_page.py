@@ -13,7 +13,9 @@ from campaign import snakemake
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
-from virtual_soil.report.contents import FIGURES, TABLES
+from virtual_soil.campaign.sections import Study
+from virtual_soil.campaign.settings import defaults
+from virtual_soil.report.contents import FIGURES, TABLES, figure_names
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium: apt-get install chromium")
@@ -319,9 +321,10 @@ def test_snakemakes_own_report_shows_figures_and_tables_by_the_steps_of_the_meth
     page, errors = context.new_page(), []
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.goto((tmp_path / "packed.html").as_uri())
-    for section in dict.fromkeys(section for section, _ in (*FIGURES.values(), *TABLES.values())):
+    entries = [*(FIGURES[name] for name in figure_names(defaults(Study))), *TABLES.values()]
+    for section in dict.fromkeys(section for section, _ in entries):
         page.get_by_text(section, exact=True).first.click()
-        for _, title in (entry for entry in (*FIGURES.values(), *TABLES.values()) if entry[0] == section):
+        for _, title in (entry for entry in entries if entry[0] == section):
             page.get_by_text(title, exact=True).first.wait_for(timeout=LONG_MS)
         page.get_by_text("Results", exact=True).first.click()
     context.close()
