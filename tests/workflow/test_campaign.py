@@ -202,7 +202,8 @@ AFTER_FIT = {"fit_surrogates", "reachability", "calibrate_as_published", *AFTER_
 # What may come after the points of a round or of the verification are known.
 LATER = {
     *("simulate_repose", "simulate_shear", "measure_repose", "measure_shear", "strength", "fit_surrogates", "compare_round"),
-    *("uncertainty", "sensitivity", "check_coverage", "twins", "verification_design", "verify", "conclude"),
+    *("uncertainty", "sensitivity", "check_coverage", "twins", "verification_design", "compare_seeds", "more_seeds", "verify"),
+    "conclude",
 }
 
 
