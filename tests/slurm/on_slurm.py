@@ -74,15 +74,28 @@ def hold(log: Path) -> None:
                 process.suspend()  # SLURM wakes what it ends
 
 
-def disturb(project: Path, process: subprocess.Popen, experiment: str, state: str, *command: str) -> Path:
-    """Give SLURM a command about a half-done job of an experiment, which must end in the state; the job's log."""
-    job, comment, log = wait_until(lambda: half_done(project, experiment), process)
-    hold(log)
-    subprocess.run([word.replace("JOB", job) for word in command], check=True)
+def held(project: Path, process: subprocess.Popen, experiments: tuple[str, ...]) -> list[tuple[str, str, Path]]:
+    """Half-done jobs of the experiments, all held before any is disturbed: a job may end while SLURM ends another."""
+    found: dict[str, tuple[str, str, Path]] = {}
+
+    def all_found() -> bool:
+        for experiment in experiments:
+            job = None if experiment in found else half_done(project, experiment)
+            if job is not None:
+                hold(job[2])
+                found[experiment] = job
+        return len(found) == len(experiments)
+
+    wait_until(all_found, process)
+    return [found[experiment] for experiment in experiments]
+
+
+def disturb(process: subprocess.Popen, job: str, comment: str, state: str, *command: str) -> None:
+    """Give SLURM a command about a job, which must end in the state."""
+    subprocess.run(command, check=True)
     going = [f"{job} RUNNING", f"{job} COMPLETING"]
     wait_until(lambda: not any(line in going for line in squeue("%i %T")), process)
     assert f"{job} {state} {comment}" in squeue("%i %T %k")
-    return log
 
 
 @pytest.fixture(scope="session")
@@ -117,12 +130,11 @@ def same(found: dict, expected: dict) -> None:
 
 def test_what_is_cancelled_or_runs_out_of_time_goes_on_and_gives_the_same_bytes(local, campaigns):
     process, project = campaigns["slurm"]
-    logs = [
-        disturb(project, process, "shear", "TIMEOUT", "scontrol", "update", "JobId=JOB", "EndTime=now+1"),
-        disturb(project, process, "repose", "CANCELLED", "scancel", "JOB"),
-    ]
+    (late, late_comment, late_log), (unwanted, unwanted_comment, unwanted_log) = held(project, process, ("shear", "repose"))
+    disturb(process, late, late_comment, "TIMEOUT", "scontrol", "update", f"JobId={late}", "EndTime=now+1")
+    disturb(process, unwanted, unwanted_comment, "CANCELLED", "scancel", unwanted)
     ended_well(process, project)
-    assert all("finished before, in" in log.read_text() for log in logs)
+    assert all("finished before, in" in log.read_text() for log in (late_log, unwanted_log))
     same(essence(project / RESULTS), local)
 
 
