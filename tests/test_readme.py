@@ -50,7 +50,7 @@ def test_the_sands_properties_are_the_references(name):
     predicted, simulated = (
         f"{printed(row[k], decimals)} ± {printed(row[f'{k}_se'], decimals)}" for k in ("predicted", "simulated")
     )
-    assert cells(first)[1:] == [predicted, simulated]
+    assert cells(first)[1:] == [predicted, simulated, row["prediction"], row["match"]]
     assert float(cells(first)[0]) == row["target"]
 
 
