@@ -1,0 +1,52 @@
+"""The verdict's power: an optimum whose rolling friction is a tenth off is found out, if the tests are as sharp as plane shear."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from virtual_soil.calibration.models import from_json
+from virtual_soil.calibration.verify import compared, summary
+from virtual_soil.campaign.experiments.registry import responses_of
+
+RESPONSES = responses_of(("repose", "shear"))
+MODELS = from_json((Path(__file__).parents[2] / "docs/reference/surrogates.json").read_text(encoding="utf-8"), "gaussian_process")
+#: Scatter of one seed: a heap's (docs/reference), the friction angle of four plane shear tests (docs/precision.md), and of the box.
+HEAP_DEG, PLANE_DEG, BOX_DEG = 1.1, 0.5, 6.0
+TRIES = 400
+
+
+def found_out(at, angle_sd_deg, n_seeds):
+    """Share of the tries in which simulations of a soil with a tenth more rolling friction miss the targets of the right one."""
+    random, planted = np.random.default_rng(7), {**at, "rolling_friction": 1.1 * at["rolling_friction"]}
+    hits = np.zeros(TRIES, bool)
+    for name, sd in (("angle_of_repose", HEAP_DEG), ("friction_angle", angle_sd_deg)):
+        response, target = RESPONSES[name], (float(MODELS[name].predict(at)), 0.0)
+        limits = {"difference_of_consequence": response.of_consequence, "standard_error": response.decisive_error}
+        values = float(MODELS[name].predict(planted)) + sd * random.standard_normal((TRIES, n_seeds))
+        hits |= [compared(target, target, summary(seeds, np.nan), limits)["match"] == "misses" for seeds in values]
+    return hits.mean()
+
+
+BASE = {"radius_m": 50e-6, "static_friction": 0.5, "rolling_friction": 0.1}
+OPTIMUM = {"radius_m": 500e-6, "static_friction": 0.96, "rolling_friction": 0.053}
+
+
+@pytest.mark.parametrize(("at", "n_seeds"), [(BASE, 5), (BASE, 10), (OPTIMUM, 10)])
+def test_a_tenth_of_the_rolling_friction_is_found_out_in_95_of_100_tries(at, n_seeds):
+    """Ten seeds are what one round of further seeds makes of five."""
+    assert found_out(at, PLANE_DEG, n_seeds) >= 0.95
+
+
+def test_with_the_box_it_often_is_not():
+    assert found_out(OPTIMUM, BOX_DEG, 5) < 0.8
+
+
+@pytest.mark.parametrize("n_seeds", [5, 10])
+def test_the_right_soil_is_seldom_called_wrong(n_seeds):
+    random = np.random.default_rng(8)
+    for response, sd in ((RESPONSES["angle_of_repose"], HEAP_DEG), (RESPONSES["friction_angle"], PLANE_DEG)):
+        limits = {"difference_of_consequence": response.of_consequence, "standard_error": response.decisive_error}
+        values = 30.0 + sd * random.standard_normal((2000, n_seeds))
+        wrong = [compared((30.0, 0.0), (30.0, 0.0), summary(seeds, np.nan), limits)["match"] == "misses" for seeds in values]
+        assert np.mean(wrong) == pytest.approx(0.0455, abs=0.015)
