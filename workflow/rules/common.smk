@@ -260,12 +260,13 @@ def code_with(script, part):
 
 def stored_in_stage(stage, experiment, file):
     """Return a file of every batch of one experiment in a stage; later stages wait for their checkpoint."""
-    if stage == "/verification":
+    kind, _, number = stage.lstrip("/").partition("/")
+    if kind == "rounds":
+        checkpoints.refinement_design.get(round=number)
+    elif number:
+        checkpoints.more_seeds.get(more=number)
+    elif kind:
         checkpoints.verification_design.get()
-    elif stage.startswith("/verification"):
-        checkpoints.more_seeds.get(more=stage.rpartition("/")[2])
-    elif stage:
-        checkpoints.refinement_design.get(round=stage.rpartition("/")[2])
     names = sorted(stage_batches(stage, experiment))
     return [f"{RESULTS}/sims/{experiment}/{name}/{file}" for name in names]
 
