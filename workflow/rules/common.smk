@@ -8,6 +8,7 @@ from virtual_soil.campaign.batches import (
     batches,
     digest,
     later_stages,
+    parts_of,
     stage_of,
     verification_stages,
 )
@@ -260,7 +261,7 @@ def code_with(script, part):
 
 def stored_in_stage(stage, experiment, file):
     """Return a file of every batch of one experiment in a stage; later stages wait for their checkpoint."""
-    kind, _, number = stage.lstrip("/").partition("/")
+    kind, number = parts_of(stage)
     if kind == "rounds":
         checkpoints.refinement_design.get(round=number)
     elif number:

@@ -26,9 +26,16 @@ def verification_stages(more_seeds: int) -> list[str]:
     return ["/verification", *(f"/verification/{k}" for k in range(1, more_seeds + 1))]
 
 
+def parts_of(stage: str) -> tuple[str, str]:
+    """Return kind (rounds, verification; empty for the campaign) and number of a stage (empty if it has none)."""
+    kind, _, number = stage.lstrip("/").partition("/")
+    return kind, number
+
+
 def label(stage: str) -> str:
     """Prefix of a stage's batch names; a stage is given by its folder below results/<study>: '', /rounds/2, /verification/1."""
-    return stage.lstrip("/").replace("rounds/", "round").replace("verification/", "verification") or "campaign"
+    kind, number = parts_of(stage)
+    return f"{kind.replace('rounds', 'round')}{number}" or "campaign"
 
 
 def stage_of(batch: str) -> str | None:
