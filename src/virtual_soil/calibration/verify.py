@@ -44,13 +44,16 @@ def comparison_table(
 
     Parameters
     ----------
-    calibration : optima of the cases, with their weights; a response without one is not asked to match. models : the surrogates
-    that predicted them, by response. tables : by name, those of the responses, of simulations at the optima; other points in them
-    do not matter. by_seed : by response, a table of its values with point_id and the response's column, a row for each seed of a
-    point. scatter : by response, the campaign's scatter (see `noise.known_scatter`), for optima with fewer than three seeds.
-    target_errors : by soil and response, the standard uncertainty of a target. limits : `difference_of_consequence` and
-    `standard_error`, each by the response's column. spoiled, overlaps : by point, number of simulations that failed or did not come
-    to rest, and their largest overlap over the radius. material : base values.
+    calibration : optima of the cases, with their weights; a response without one is not asked to match.
+    models : the surrogates that predicted them, by response.
+    tables : by name, those of the responses, of simulations at the optima; other points in them do not matter.
+    by_seed : by response, a table of its values with point_id and the response's column, a row for each seed of a point.
+    scatter : by response, the campaign's scatter (see `noise.known_scatter`), for optima with fewer than three seeds.
+    target_errors : by soil and response, the standard uncertainty of a target.
+    limits : `difference_of_consequence` and `standard_error`, each by the response's column.
+    spoiled, overlaps : by point, number of simulations that failed or did not come to rest, and their largest overlap over the
+        radius.
+    material : base values.
 
     Returns
     -------
