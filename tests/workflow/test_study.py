@@ -17,7 +17,7 @@ def planned(experiment, **changes):
     for key, value in changes.items():
         section, _, name = key.rpartition(".")
         part = config
-        for word in section.split("."):
+        for word in filter(None, section.split(".")):
             part = part[word]
         part[name] = value
     found = simulations(config, design_rows(config)).values()
@@ -105,3 +105,9 @@ def test_a_target_of_another_strength_than_the_simulated_is_refused(tmp_path, mo
     config["optimise"]["cases"] = [{"case": "a", "soil": "mine", "weights": case}]
     with pytest.raises(StudyError, match=message) if message else nullcontext():
         check_soils(config)
+
+
+def test_a_largest_strain_below_the_first_look_is_refused():
+    message = "plane_shear.max_shear_strain is 2.0; allowed: at least plane_shear.shear_strain, 3"
+    with pytest.raises(StudyError, match=message):
+        planned("plane_shear", experiments=["repose", "plane_shear"], **{"plane_shear.max_shear_strain": 2.0})

@@ -4,10 +4,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from dem import Grains
 from dem.experiments.strength import STEADY_PART
 from virtual_soil.campaign.experiments.registry import RESPONSES as CAMPAIGN_RESPONSES
-from virtual_soil.report.experiments.shear import shear_box, value_with_error
+from virtual_soil.report.experiments import shear as box
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas
 from virtual_soil.report.study import Study, base_point, before_and_after, couple
@@ -28,8 +27,8 @@ ASSUMPTIONS = (
     "Steady strength is the mean over the last half of the strain, which a test adds to until that mean no longer drifts.",
 )
 
-#: Upright stripes of alternating colour in the film.
-N_STRIPES = 8
+#: As of the shear box: no views of moving grains, period along y, colour in the film.
+packed_views, period_m, colour = box.packed_views, box.period_m, box.colour
 #: State of the soil -> names of cohesion and friction angle.
 STATES = {state: (f"{state}_cohesion", f"{state}_friction_angle") for state in ("steady", "peak")}
 
@@ -43,7 +42,7 @@ def figures(study: Study) -> dict[str, Item]:
     columns = [column for state in STATES for column in (f"{state}_normal_stress_pa", f"{state}_shear_stress_pa")]
     return {
         "plane_shear_bed": Item(
-            shear_box(*study.states[bed["simulation_id"]]),
+            box.shear_box(*study.states[bed["simulation_id"]]),
             before_and_after(*study.states[bed["simulation_id"]]),
             f"Sheared bed before and after under {bed['normal_stress_pa']:g} Pa at {where}",
         ),
@@ -71,9 +70,9 @@ def shear_curves(histories: dict[float, pd.DataFrame]) -> Figure:
     figure, (axes,) = canvas()
     for k, (stress, history) in enumerate(sorted(histories.items())):
         strain, ratio = history["shear_strain"], history["shear_stress_pa"] / history["plane_normal_stress_pa"]
-        colour, part = COLOURS[k % len(COLOURS)], strain >= (1.0 - STEADY_PART) * strain.iloc[-1]
-        axes.plot(strain, ratio, color=colour, linewidth=0.8, label=f"p = {stress:g} Pa")
-        axes.plot([strain[part].iloc[0], strain.iloc[-1]], [ratio[part].mean()] * 2, color=colour, linewidth=2.5)
+        shade, part = COLOURS[k % len(COLOURS)], strain >= (1.0 - STEADY_PART) * strain.iloc[-1]
+        axes.plot(strain, ratio, color=shade, linewidth=0.8, label=f"p = {stress:g} Pa")
+        axes.plot([strain[part].iloc[0], strain.iloc[-1]], [ratio[part].mean()] * 2, color=shade, linewidth=2.5)
     axes.set_xlabel("shear strain")
     axes.set_ylabel("shear stress over normal stress")
     axes.legend()
@@ -83,15 +82,15 @@ def shear_curves(histories: dict[float, pd.DataFrame]) -> Figure:
 def strength_lines(tests: pd.DataFrame, lines: dict[str, pd.Series | None]) -> Figure:
     """Shear strengths of one point against normal stress, peak and steady, with their lines."""
     figure, (axes,) = canvas()
-    for colour, (state, line) in zip(COLOURS, lines.items(), strict=False):
+    for shade, (state, line) in zip(COLOURS, lines.items(), strict=False):
         p, tau = tests[f"{state}_normal_stress_pa"], tests[f"{state}_shear_stress_pa"]
-        axes.plot(p, tau, "o", color=colour, markersize=4)
+        axes.plot(p, tau, "o", color=shade, markersize=4)
         if line is None:
             continue
         cohesion, angle = (CAMPAIGN_RESPONSES[name] for name in STATES[state])
         stresses = np.linspace(0.0, 1.05 * p.max(), 50)
-        label = f"{value_with_error(line, cohesion, 0, ' ')}, {value_with_error(line, angle, 1)}"
-        axes.plot(stresses, line[cohesion.column] + stresses * np.tan(np.radians(line[angle.column])), color=colour, label=label)
+        label = f"{box.value_with_error(line, cohesion, 0, ' ')}, {box.value_with_error(line, angle, 1)}"
+        axes.plot(stresses, line[cohesion.column] + stresses * np.tan(np.radians(line[angle.column])), color=shade, label=label)
     axes.set_xlabel("normal stress (Pa)")
     axes.set_ylabel("shear strength (Pa)")
     axes.legend()
@@ -101,22 +100,6 @@ def strength_lines(tests: pd.DataFrame, lines: dict[str, pd.Series | None]) -> F
 def views(_study: Study, _rows: pd.DataFrame) -> dict:
     """No view without grains."""
     return {}
-
-
-def packed_views(_study: Study) -> dict:
-    """No view of moving grains."""
-    return {}
-
-
-def period_m(setup: dict) -> float:
-    """Width of the bed."""
-    return setup["width_ratio"] * setup["scale_radius_m"]
-
-
-def colour(grains: Grains) -> np.ndarray:
-    """0 or 1 for the upright stripe of each grain."""
-    x = grains.positions_m[:, 0]
-    return np.minimum(np.floor(N_STRIPES * x / x.max()), N_STRIPES - 1) % 2
 
 
 def title(frame, row: dict, _settings: dict) -> str:

@@ -7,6 +7,7 @@ The test itself is `dem.experiments.plane_shear`; `simulate` runs it as a job, `
 from dataclasses import dataclass
 
 from dem.experiments import plane_shear, specimen
+from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.response import Response
 from virtual_soil.campaign.experiments.common import (
     CONSOLIDATION_STEPS,
@@ -164,7 +165,7 @@ def as_printed(config: dict) -> bool:
 
 
 def canonical(material: dict, config: dict) -> dict:
-    """Return the simulated material of a point: its own, as floor and lid are glued grains that differ for each friction."""
+    """Return the simulated material of a point: its own. Whether points could share one, as in other tests, was not tried."""
     return material
 
 
@@ -177,7 +178,8 @@ def setup(config: dict, row: dict) -> dict:
         "inertial_number": fidelity["plane_shear_inertial_number"],
         "normal_stress_pa": row[LOAD],
     }
-    protocol["max_shear_strain"] = max(protocol["max_shear_strain"], protocol["shear_strain"])
+    least, largest = protocol["shear_strain"], protocol["max_shear_strain"]
+    demand(least <= largest, f"{NAME}.max_shear_strain", largest, f"at least {NAME}.shear_strain, {least:g}")
     number, soil = fidelity["plane_shear_stiffness_number"], soil_of(row)
     check_stiffness(soil, row[LOAD], number, f"fidelity.{row['fidelity']}.plane_shear_stiffness_number")
     engine = {
