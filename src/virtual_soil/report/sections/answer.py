@@ -209,7 +209,7 @@ def doubts(optimum: Mapping) -> list[str]:
     if optimum["prediction"] != "confirmed":
         sentences.append(f"Simulating it does not confirm what was predicted ({spoken(optimum['prediction'])}).")
     if "not decided" in optimum["match"]:
-        sentences.append("The tests at it are too few or too small to decide whether it meets its targets: raise verify.more_seeds.")
+        sentences.append("Tests there are too few or too small to decide whether it meets its targets; raise verify.more_seeds.")
     if optimum["n_distinct"] > 1:
         sentences.append(f"{optimum['n_distinct']} distinct minima were found; the cheapest is shown.")
     return sentences
