@@ -97,7 +97,7 @@ OPTIMA = pd.DataFrame(
 LINE = {"relative_scatter": 0.1, "n_runs": 8}
 #: A line's error where the campaign knows its scatter, over its own.
 MODERATED = student(12) / student(6)
-SCATTER = {"angle_of_repose": 3.0, "cohesion": 0.1, "friction_angle": 0.1}
+SCATTER = {name: lambda _, sd=sd: np.array([sd]) for name, sd in {"angle_of_repose": 3.0, "cohesion": 0.1, "friction_angle": 0.1}.items()}
 
 
 TARGET_ERRORS = {("sand", "cohesion"): 5.0, ("sand", "friction_angle"): 0.5, ("sand", "angle_of_repose"): 1.0}
@@ -189,8 +189,23 @@ def test_an_optimum_whose_simulations_all_failed_is_not_verified():
 
 
 def test_every_simulated_soil_is_found_again_about_as_often_as_the_region_says():
-    table = coverage_table(RESPONSES, campaign(SPACE.crowd(64)[:40]), SPACE)
-    assert len(table) == 40
+    processes = campaign(SPACE.crowd(64)[:40])
+    truths = SPACE.values(np.array([[0.3, 0.6, 0.4], [0.7, 0.4, 0.6]]))
+    twins = {f"twin{k}": {name: float(value[k]) for name, value in truths.items()} for k in range(2)}
+    known = [
+        {"soil": twin, "property": name, "value": float(processes[name].predict(at)), "standard_uncertainty": 0.5}
+        for twin, at in twins.items()
+        for name in RESPONSES
+    ]
+    every = coverage_table(RESPONSES, processes, processes, SPACE, twins, pd.DataFrame(known))
+    assert every["kind"].value_counts().to_dict() == {"made up": 500, "left out": 40, "simulated": 2}
+    made_up = every.loc[every["kind"] == "made up", "credible_level"]
+    for mass in (0.5, 0.9, 0.95):
+        assert (made_up <= mass).mean() == pytest.approx(mass, abs=0.05)
+    simulated = every[every["kind"] == "simulated"]
+    assert simulated["inside_95"].all()  # its targets are the predictions there
+    assert simulated["static_friction"].tolist() == [twin["static_friction"] for twin in twins.values()]
+    table = every[every["kind"] == "left out"]
     assert table["inside_95"].mean() > 0.85
     assert table["credible_level"].mean() < 0.7  # and the regions are not all of the design
 
@@ -201,7 +216,8 @@ def test_coverage_sees_errors_that_are_stated_too_small():
     for name, model in honest.items():
         small = tuple(0.05 * e for e in model.noise)
         liars[name] = type(model)(**{**vars_of(model), "noise": small})
-    assert coverage_table(RESPONSES, liars, SPACE)["inside_95"].mean() < 0.8
+    table = coverage_table(RESPONSES, liars, liars, SPACE, {}, pd.DataFrame())
+    assert table.loc[table["kind"] == "left out", "inside_95"].mean() < 0.8
 
 
 def vars_of(model):
@@ -217,8 +233,13 @@ def test_a_twin_is_a_soil_with_what_its_simulations_measure():
     repose = pd.DataFrame({**common, "angle_of_repose_deg": [30.0, 32.0, 90.0]})
     line = {"cohesion_pa": -4.0, "cohesion_se_pa": 5.0, "friction_angle_deg": 33.0, "friction_angle_se_deg": 0.5, **LINE}
     strength = pd.DataFrame([{"point_id": point, "fidelity": "campaign", **line}])
-    design = {"variables": list(VARIABLES)}
-    tables = {"repose": repose, "strength": strength}
+    design = {
+        "variables": list(VARIABLES),
+        "grid": {"static_friction": [0.0, 0.1, 1.7], "rolling_friction": [0.0, 0.05, 0.3]},
+        "sweep": {"radius_m": [25e-6, 500e-6]},
+    }
+    at = {name: TWIN[name] for name in VARIABLES}
+    tables = {"repose": repose.assign(**at), "strength": strength.assign(**at)}
     rows = twin_soil("hidden", TWIN, RESPONSES, tables, design, MATERIAL).set_index("property")
     assert rows["value"].to_dict() == {"cohesion": -4.0, "friction_angle": 33.0, "angle_of_repose": 31.0}
     assert rows["standard_uncertainty"].to_dict()["cohesion"] == pytest.approx(5.0 * MODERATED)

@@ -1,6 +1,7 @@
 """The inference works on any responses: two made-up ones, a regression and a mean over runs, from fit to verification."""
 
 import ast
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +11,11 @@ import pytest
 from virtual_soil import calibration
 from virtual_soil.calibration.checks import reachability_table
 from virtual_soil.calibration.models import fit_all, from_json, space_of, to_json
-from virtual_soil.calibration.noise import known_scatter, student
+from virtual_soil.calibration.noise import scatter_at, student
 from virtual_soil.calibration.optimise import calibrate
 from virtual_soil.calibration.points import point_at, point_id
 from virtual_soil.calibration.response import Response
-from virtual_soil.calibration.twin import coverage_table, twin_soil
+from virtual_soil.calibration.twin import left_out_points, twin_soil
 from virtual_soil.calibration.uncertainty import identifiability, likelihood_of, posterior_table, sample
 from virtual_soil.calibration.verify import comparison_table, conclusion
 
@@ -105,7 +106,7 @@ def test_its_posterior_and_answer_have_the_made_up_responses(campaign):
     answer = conclusion(optimum_of(models, soil()), posterior, unverified, {"field": likelihood}, processes).iloc[0]
     assert answer["moisture_percent_low_95"] < answer["moisture_percent"] < answer["moisture_percent_high_95"]
     assert answer["missed"] == ""
-    assert coverage_table(RESPONSES, processes, space)["inside_95"].mean() > 0.5
+    assert left_out_points(RESPONSES, processes, space)["credible_level"].median() < 0.95
 
 
 @pytest.mark.parametrize(("seeds", "moisture_se"), [((1, 2, 3, 4), "own"), ((1, 2), "known")])
@@ -117,8 +118,9 @@ def test_simulating_the_optimum_is_compared_with_its_prediction(campaign, seeds,
     line = verification["pull"].iloc[0]
     own = {"point_id": line["point_id"], "zeal_n": line["zeal_n"] + 0.1 * np.arange(len(seeds))}
     by_seed = {"zeal": pd.DataFrame(own), "moisture": verification["oven"]}
-    scatter = {name: known_scatter(response, tables[response.table]) for name, response in RESPONSES.items()}
-    assert scatter["zeal"] == pytest.approx(0.1)
+    space = space_of(DESIGN)
+    scatter = {name: partial(scatter_at, response, tables[response.table], space) for name, response in RESPONSES.items()}
+    assert scatter["zeal"](values)[0] == pytest.approx(0.1)
     errors, numbers = {("field", name): 1.0 for name in RESPONSES}, {response.column: 1.0 for response in RESPONSES.values()}
     limits = {"difference_of_consequence": numbers, "standard_error": numbers}
     table = comparison_table(RESPONSES, optima, models, verification, by_seed, scatter, errors, limits, {}, {}, MATERIAL)
@@ -128,7 +130,7 @@ def test_simulating_the_optimum_is_compared_with_its_prediction(campaign, seeds,
     assert table["n_seeds"].tolist() == [len(seeds)] * 2
     heaps = verification["oven"]["moisture_percent"]
     assert table.loc["moisture", "simulated"] == pytest.approx(heaps.mean())
-    expected = heaps.std() / 2 * student(3) if moisture_se == "own" else scatter["moisture"] / np.sqrt(2)
+    expected = heaps.std() / 2 * student(3) if moisture_se == "own" else scatter["moisture"](values)[0] / np.sqrt(2)
     assert table.loc["moisture", "simulated_se"] == pytest.approx(expected)
     if moisture_se == "known":  # the regression's own error, moderated by a scatter that equals it
         freedom = line["n_runs"] - 2

@@ -9,7 +9,7 @@ import yaml
 from virtual_soil.calibration.errors import CalibrationError
 from virtual_soil.campaign.design import decisive, expand, further
 
-CONFIG = yaml.safe_load((Path(__file__).parents[2] / "config" / "config.yaml").read_text())
+CONFIG = yaml.safe_load((Path(__file__).parents[2] / "config" / "config.yaml").read_text()) | {"experiments": ["repose", "shear"]}
 
 
 TWIN = {"radius_m": 8e-5, "static_friction": 0.6, "rolling_friction": 0.14, "repose_seeds": [1, 2], "shear_seeds": [1]}
@@ -46,11 +46,11 @@ def test_nothing_is_wanted_twice():
 
 
 def test_points_share_a_simulation_where_rolling_friction_exceeds_static_friction_only():
-    """At static friction 0 five points do the same, at 0.1 two; each in a heap and in shear tests at 4 stresses with 2 seeds."""
+    """At static friction 0 five points do the same, at 0.1 two; each in heaps and in shear tests at 4 stresses with 2 seeds."""
     table = expand(CONFIG)
     shared = table[table.duplicated("simulation_id", keep=False)]
     assert ((shared["rolling_friction"] > shared["static_friction"]) | (shared["static_friction"] == 0.0)).all()
-    assert len(table) - table["simulation_id"].nunique() == (4 + 1) * (1 + 4 * 2)
+    assert len(table) - table["simulation_id"].nunique() == (4 + 1) * (2 + 4 * 2)
     others = table.drop(columns=["purposes", "point_id", "rolling_friction"])
     assert others.drop_duplicates()["simulation_id"].is_unique
 
@@ -58,8 +58,8 @@ def test_points_share_a_simulation_where_rolling_friction_exceeds_static_frictio
 @pytest.mark.parametrize(
     ("path", "value"),
     [
-        ("shear.normal_stresses_pa", [125.0, 250.0, 500.0, 1000.0, 2000.0]),
-        ("design.repose_seeds", [1, 2]),
+        ("shear.normal_stresses_pa", [150.0, 250.0, 500.0, 1000.0, 2000.0]),
+        ("design.repose_seeds", [1, 2, 3]),
         ("design.grid.static_friction", [0.0, 0.1, 0.2, 0.3, 0.5, 0.9, 1.3, 1.7]),
     ],
 )

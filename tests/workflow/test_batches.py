@@ -98,7 +98,7 @@ def test_a_digest_changes_with_any_value_of_any_simulation():
 
 
 def test_in_the_default_study_simulations_of_a_second_are_batched():
-    config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+    config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text()) | {"experiments": ["repose", "shear"]}
     rows = {name: row for name, row in simulations(config, design_rows(config)).items() if row["experiment"] == "shear"}
     expected = {name: expected_s(row, experiment_settings(config, row)) for name, row in rows.items()}
     found = batches.batches(expected, 1200.0, "")
@@ -245,7 +245,7 @@ def test_the_newest_folder_that_holds_a_simulation_is_found(tmp_path):
 
 def test_measured_tables_are_the_same_bytes_whatever_the_batches(tmp_path):
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
-    few = {"experiment": ["repose"], "radius_m": [5e-5], "static_friction": [0.0, 0.9], "rolling_friction": [0.0, 0.05, 0.2]}
+    few = {"experiment": ["repose"], "radius_m": [5e-5], "static_friction": [0.0, 0.9], "rolling_friction": [0.0, 0.05, 0.2], "seed": [1]}
     rows = [row for row in design_rows(config) if all(row[key] in values for key, values in few.items())]
     design = pd.DataFrame(rows)
     design["normal_stress_pa"] = design["normal_stress_pa"].astype(float)

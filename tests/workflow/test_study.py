@@ -14,6 +14,7 @@ from virtual_soil.campaign.study import StudyError, check_soils, design_rows, ex
 def planned(experiment, **changes):
     """Settings of the default study's simulations of one experiment, with other values of some keys ("section.key")."""
     config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    config["experiments"] = list(dict.fromkeys(["repose", experiment]))
     for key, value in changes.items():
         section, _, name = key.rpartition(".")
         part = config
@@ -58,10 +59,46 @@ def test_a_given_time_limit_is_a_bound():
 def test_grains_that_are_too_soft_for_their_stresses_are_refused_with_the_modulus_that_would_do():
     stresses = [50e3, 100e3, 200e3]
     with pytest.raises(StudyError, match=r"shear_modulus_pa is 5e\+07; allowed: at least 8e\+08, .* 5000 under 2e\+05 Pa"):
-        planned("shear", **{"shear.normal_stresses_pa": stresses})
-    assert planned("shear", **{"shear.normal_stresses_pa": stresses, "material.shear_modulus_pa": 1e9})
+        planned("shear", **{"shear.normal_stresses_pa": stresses, "shear.stresses": "fixed"})
+    assert planned("shear", **{"shear.normal_stresses_pa": stresses, "shear.stresses": "fixed", "material.shear_modulus_pa": 1e9})
     with pytest.raises(StudyError, match=r"repose: shear_modulus_pa is 5e\+07; .* \(fidelity.campaign.repose_stiffness_number\)"):
         planned("repose", **{"fidelity.campaign.repose_stiffness_number": 1e7})
+
+
+def stresses_by_radius(**changes):
+    found = planned("shear", **{"fidelity.check.couples": []}, **changes)
+    return {
+        radius: sorted({row["normal_stress_pa"] for row, _ in found if row["radius_m"] == radius})
+        for radius in (25e-6, 50e-6, 500e-6)
+    }
+
+
+def test_a_box_that_grows_with_the_grains_is_loaded_in_proportion():
+    found = stresses_by_radius()
+    assert found[50e-6] == [150.0, 250.0, 500.0, 1000.0]
+    assert found[500e-6] == [1500.0, 2500.0, 5000.0, 10000.0]
+    assert found[25e-6] == [75.0, 125.0, 250.0, 500.0]
+    fixed = {"shear.stresses": "fixed", "shear.normal_stresses_pa": [2e3, 4e3, 8e3]}
+    assert stresses_by_radius(**fixed) == dict.fromkeys(found, [2e3, 4e3, 8e3])
+    one_box = planned("shear", **{"design.geometry": "fixed", "design.sweep": {"radius_m": [40e-6, 50e-6, 60e-6]}})
+    assert {row["normal_stress_pa"] for row, _ in one_box} == {150.0, 250.0, 500.0, 1000.0}
+
+
+@pytest.mark.parametrize("experiment", ["shear", "plane_shear"])
+def test_stresses_may_be_given_in_units_of_the_grains_weight(experiment):
+    ratios = [60.0, 100.0, 200.0]
+    for row, settings in planned(experiment, **{f"{experiment}.normal_stress_ratios": ratios, "fidelity.check.couples": []}):
+        ratio = row["normal_stress_pa"] / (row["density_kg_m3"] * 9.81 * 2 * row["radius_m"])
+        assert min(abs(ratio - wanted) for wanted in ratios) < 0.05
+        assert settings["setup"]["normal_stress_pa"] == row["normal_stress_pa"]
+
+
+def test_a_lid_too_light_for_the_soil_under_it_is_refused_with_the_stress_that_would_do():
+    with pytest.raises(StudyError, match=r"shear: shear.normal_stresses_pa is 1.25e\+03 Pa on grains of 500 um; allowed: at least 1.34e\+03 Pa, 10 times"):
+        planned("shear", **{"shear.normal_stresses_pa": [125.0, 250.0, 500.0]})
+    with pytest.raises(StudyError, match=r"1e\+03 Pa on grains of 500 um; allowed: at least 1.34e\+03 Pa"):
+        planned("shear", **{"shear.stresses": "fixed"})
+    assert planned("shear", **{"shear.normal_stresses_pa": [125.0, 250.0, 500.0], "engine.gravity_m_s2": 1.62})
 
 
 @pytest.mark.parametrize("gone", ["static_friction", "rolling_friction", "radius_m"])

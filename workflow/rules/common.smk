@@ -110,6 +110,14 @@ BY_RESPONSE = {
     for response in experiment.RESPONSES
 }
 AS_PRINTED = as_printed(config)
+# Parameters of the rules that compare predictions with simulations.
+COMPARED_BY = {
+    **{
+        key: config[key] for key in ("experiments", "material", "design", "uncertainty")
+    },
+    "verify": {name: config["verify"][name] for name in LIMITS},
+    "settings": {name: config[name] for name in TESTS},
+}
 # Sections that say how the simulations of a later stage are made.
 SIMULATED_BY = ("experiments", "material", "design", *TESTS, "engine")
 # Least scales of the responses' errors.
@@ -163,6 +171,7 @@ localrules:
     compare_seeds,
     more_seeds,
     verify,
+    verify_equivalents,
     check_manifest,
 
 

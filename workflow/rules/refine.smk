@@ -39,11 +39,7 @@ rule compare_round:
     log:
         f"{LOGS}/rounds/{{round}}/compare_round.log",
     params:
-        experiments=config["experiments"],
-        material=config["material"],
-        uncertainty=config["uncertainty"],
-        verify={name: config["verify"][name] for name in LIMITS},
-        settings={name: config[name] for name in TESTS},
+        **COMPARED_BY,
         code=CODE.of_script("verify"),
     message:
         "Compare the optima of the previous round with their simulations; round {wildcards.round}."

@@ -43,6 +43,7 @@ rule sensitivity:
 rule check_coverage:
     input:
         surrogates=f"{LAST}/surrogates.json",
+        soils=f"{RESULTS}/soil.parquet",
     output:
         table=f"{RESULTS}/coverage.parquet",
     log:
@@ -50,9 +51,10 @@ rule check_coverage:
     params:
         experiments=config["experiments"],
         design=config["design"],
+        twins=config["twins"],
         code=CODE.of_script("check_coverage"),
     message:
-        "Calibrate every simulated point as an unknown soil and count how often its 95 % region contains the truth."
+        "Calibrate soils whose parameters are known and count how often the stated regions contain them."
     script:
         "../scripts/check_coverage.py"
 
@@ -83,6 +85,9 @@ rule twins:
 checkpoint verification_design:
     input:
         calibration=f"{LAST}/calibration.parquet",
+        equivalents=(
+            f"{RESULTS}/equivalents.parquet" if config["verify"]["equivalents"] else []
+        ),
     output:
         table=f"{RESULTS}/verification/design.parquet",
     log:
@@ -90,9 +95,10 @@ checkpoint verification_design:
     params:
         study={key: config[key] for key in SIMULATED_BY},
         verify=FIRST_SEEDS,
+        n_sets=config["verify"]["equivalents"],
         code=CODE.of_script("verification_design"),
     message:
-        "List the simulations of every optimum, with seeds that no fit has used."
+        "List the simulations of every optimum and of some equivalent sets, with seeds that no fit has used."
     script:
         "../scripts/verification_design.py"
 
@@ -110,11 +116,7 @@ rule compare_seeds:
     log:
         f"{LOGS}/verification/{{more}}/compare_seeds.log",
     params:
-        experiments=config["experiments"],
-        material=config["material"],
-        uncertainty=config["uncertainty"],
-        verify={name: config["verify"][name] for name in LIMITS},
-        settings={name: config[name] for name in TESTS},
+        **COMPARED_BY,
         code=CODE.of_script("verify"),
     message:
         "Compare the optima with their simulations so far, before round {wildcards.more} of further seeds."
@@ -152,14 +154,33 @@ rule verify:
     log:
         f"{LOGS}/verify.log",
     params:
-        experiments=config["experiments"],
-        material=config["material"],
-        uncertainty=config["uncertainty"],
-        verify={name: config["verify"][name] for name in LIMITS},
-        settings={name: config[name] for name in TESTS},
+        **COMPARED_BY,
         code=CODE.of_script("verify"),
     message:
         "Compare the predicted responses of the optima with their simulations."
+    script:
+        "../scripts/verify.py"
+
+
+# Sets that serve as well as the best: do they, simulated?
+rule verify_equivalents:
+    input:
+        calibration=f"{LAST}/calibration.parquet",
+        equivalents=f"{RESULTS}/equivalents.parquet",
+        surrogates=f"{LAST}/surrogates.json",
+        soils=f"{RESULTS}/soil.parquet",
+        campaign=[f"{RESULTS}/{name}.parquet" for name in MEASURED],
+        tables=verified(0),
+    output:
+        table=f"{RESULTS}/equivalents_simulated.parquet",
+    log:
+        f"{LOGS}/verify_equivalents.log",
+    params:
+        **COMPARED_BY,
+        n_sets=config["verify"]["equivalents"],
+        code=CODE.of_script("verify"),
+    message:
+        "Compare equivalent parameter sets with their simulations."
     script:
         "../scripts/verify.py"
 

@@ -5,10 +5,12 @@ from virtual_soil.calibration.models import space_of
 from virtual_soil.calibration.twin import coverage_table
 from virtual_soil.campaign.experiments.registry import responses_of
 from virtual_soil.campaign.inference import read_models
-from virtual_soil.campaign.tables import write_table
+from virtual_soil.campaign.tables import read_table, write_table
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
-    models = read_models(snakemake.input.surrogates, "gaussian_process")
-    table = coverage_table(responses_of(snakemake.params.experiments), models, space_of(snakemake.params.design))
-    write_table(table, snakemake.output.table, "coverage", {"rule": snakemake.rule, **dict(snakemake.params.items())})
+    files, params = snakemake.input, snakemake.params
+    models = [read_models(files.surrogates, kind) for kind in ("gaussian_process", "chosen")]
+    soils = read_table(files.soils, "soil")
+    table = coverage_table(responses_of(params.experiments), *models, space_of(params.design), params.twins, soils)
+    write_table(table, snakemake.output.table, "coverage", {"rule": snakemake.rule, **dict(params.items())})

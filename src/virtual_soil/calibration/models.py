@@ -12,7 +12,7 @@ import pandas as pd
 
 from virtual_soil.calibration.errors import CalibrationError, demand
 from virtual_soil.calibration.gaussian_process import GaussianProcess, fit_process, left_out
-from virtual_soil.calibration.noise import known_scatter, line_errors
+from virtual_soil.calibration.noise import censoring, known_scatter, line_errors, scatter_at
 from virtual_soil.calibration.response import Response, Responses
 from virtual_soil.calibration.space import Space
 from virtual_soil.calibration.surrogate import Factor, Surrogate, fit_surrogate, on_grid, on_sweep
@@ -22,8 +22,9 @@ def known_points(response: Response, tables: dict, design: dict, material: dict)
     """Simulated points of a response: one row each with its variables, the response, `noise` and `point_id`.
 
     All points of the campaign's fidelity with the base material's other properties count, except hidden twins. `noise` is the
-    standard error. Where rows are runs, it is the scatter pooled over all repeated points, over the root of the point's number of
-    seeds. Where rows are regressions, it is their own, with the scatter moderated by that of all regressions.
+    standard error. Where rows are runs, it is the scatter of the repeated points around (`noise.scatter_at`) over the root of the
+    point's number of seeds, and what a run of which only a bound is known leaves open. Where rows are regressions, it is their own,
+    with the scatter moderated by that of all regressions.
     """
     source, column = tables[response.table], response.column
     fixed = [name for name in material if name not in design["variables"]]
@@ -36,7 +37,9 @@ def known_points(response: Response, tables: dict, design: dict, material: dict)
     scatter = known_scatter(response, source)
     if response.error_column is None:
         demand(bool(np.isfinite(scatter)), f"{response.name}: points with several seeds", 0, "at least one, to know the scatter")
-        points["noise"] = scatter / np.sqrt(groups.size().to_numpy())
+        local = scatter_at(response, source, space_of(design), points)
+        open_ = np.array([censoring(response, rows) for _, rows in groups])
+        points["noise"] = np.hypot(local / np.sqrt(groups.size().to_numpy()), open_)
     else:
         errors = line_errors(source, response.error_column, scatter)
         points["noise"] = source[usable].assign(noise=errors[usable]).groupby("point_id", sort=False)["noise"].mean().to_numpy()

@@ -9,6 +9,7 @@ import pandas as pd
 from scipy import stats
 
 from virtual_soil.calibration.response import Response
+from virtual_soil.calibration.space import Space
 
 #: Two numbers agree if they differ by no more than this number of standard errors of their difference.
 NOISE_LIMIT = 2.0
@@ -16,16 +17,55 @@ NOISE_LIMIT = 2.0
 LEAST_UNCERTAINTY = 1.0
 #: Degrees of freedom that a regression borrows from all regressions to know its own scatter: those of a line through 8 tests.
 BORROWED = 6.0
+#: Distance in the unit cube of the design over which repeated runs know the scatter of their neighbours.
+NEIGHBOURHOOD = 0.2
 
 
 def known_scatter(response: Response, table: pd.DataFrame) -> float:
-    """Scatter that a campaign's table knows of a response; `error_of_mean` turns it into an error.
+    """Scatter that a campaign's table knows of a response in the mean over the design.
 
     Standard deviation over seeds in the response's unit, or, of regressions, their relative scatter. NaN without repeats.
     """
     if response.error_column is None:
-        return pooled_scatter(table[table[response.column].notna()], response.column)
+        return pooled_scatter(table[table[response.column].notna() & ~censored(response, table)], response.column)
     return pooled_line_scatter(table[table["fidelity"] == "campaign"])
+
+
+def scatter_at(response: Response, table: pd.DataFrame, space: Space, values) -> np.ndarray:
+    """Scatter at points (m,) of the design, as `error_of_mean` needs it; values maps each variable to m values.
+
+    The variance of runs is that of the repeated points around, each weighted by its degrees of freedom and a Gaussian of its
+    distance in the unit cube, and the pooled one, which counts as BORROWED degrees of freedom: far from all repeated points the
+    scatter is the pooled one. Regressions know their own scatter, so theirs is pooled. NaN without repeats.
+    """
+    known, unit = known_scatter(response, table), space.unit(values)
+    if response.error_column is not None or not np.isfinite(known):
+        return np.full(len(unit), known)
+    measured = table[table[response.column].notna() & ~censored(response, table)]
+    groups = [rows for _, rows in measured.groupby(["point_id", "fidelity"]) if len(rows) > 1]
+    there = space.unit({name: np.array([rows[name].iloc[0] for rows in groups]) for name in space.variables})
+    freedom = np.array([len(rows) - 1.0 for rows in groups])
+    variance = np.array([rows[response.column].var(ddof=1) for rows in groups])
+    squares = ((unit[:, None] - there[None]) ** 2).sum(axis=2)
+    weights = freedom * np.exp(-0.5 * squares / NEIGHBOURHOOD**2)
+    return np.sqrt((BORROWED * known**2 + weights @ variance) / (BORROWED + weights.sum(axis=1)))
+
+
+def censored(response: Response, rows: pd.DataFrame) -> np.ndarray:
+    """Mask (n,) of the runs of which only an upper bound of the response is known."""
+    if response.bound_column not in rows:
+        return np.zeros(len(rows), bool)
+    return rows[response.bound_column].notna().to_numpy()
+
+
+def censoring(response: Response, rows: pd.DataFrame) -> float:
+    """Standard error of the mean of runs for those of which only an upper bound is known: that of a uniform distribution.
+
+    All of them are bounded by the same slope, so more seeds do not make it smaller.
+    """
+    if not censored(response, rows).any():
+        return 0.0
+    return float((rows[response.bound_column].fillna(0.0) / np.sqrt(12.0)).mean())
 
 
 def target_uncertainty(target, ratio: float) -> float:
@@ -43,12 +83,12 @@ def student(freedom):
 
 
 def error_of_mean(response: Response, rows: pd.DataFrame, scatter: float, n_seeds: int) -> float:
-    """Standard error of a response at one point from the known scatter.
+    """Standard error of a response at one point from the known scatter there (`scatter_at`).
 
     rows : those of the point in the response's table; the first regression counts. NaN where there is no regression.
     """
     if response.error_column is None:
-        return scatter / np.sqrt(max(n_seeds, 1))
+        return float(np.hypot(scatter / np.sqrt(max(n_seeds, 1)), censoring(response, rows)))
     return float(line_errors(rows, response.error_column, scatter)[0]) if len(rows) else np.nan
 
 

@@ -18,6 +18,8 @@ class Response:
     table : the campaign's table that holds it, one row per run or per point.
     error_column : column of its standard error in that table, where each row is a regression with n_runs and relative_scatter;
         None where each row is a run, whose error is the scatter over seeds.
+    bound_column : column of the upper bound of a value that the test cannot tell from zero (a heap without a slope), where each row
+        is a run; missing elsewhere. The response of such a run is the middle of the interval from 0 to the bound.
     maximum : upper bound of a target, which must lie below it; the lower bound is 0, excluded unless `signed`.
     usual : lowest and highest target that nobody need insist on, in `unit`; others are most often in another unit.
     signed : True for an intercept: a regression through noisy tests may put it below zero.
@@ -33,6 +35,7 @@ class Response:
     symbol: str
     table: str
     error_column: str | None = None
+    bound_column: str | None = None
     maximum: float = float("inf")
     usual: tuple[float, float] = (float("-inf"), float("inf"))
     signed: bool = False

@@ -10,12 +10,12 @@ standard errors; for the target the standard error demanded of the simulated mea
 simulation: it widens what matches, but leaves nothing undecided.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import pandas as pd
 
-from virtual_soil.calibration.noise import NOISE_LIMIT, error_of_mean, student
+from virtual_soil.calibration.noise import NOISE_LIMIT, censoring, error_of_mean, student
 from virtual_soil.calibration.points import point_at, point_id
 from virtual_soil.calibration.response import Response, Responses
 from virtual_soil.calibration.uncertainty import Likelihood, intervals
@@ -33,7 +33,7 @@ def comparison_table(
     models: dict,
     tables: dict,
     by_seed: Mapping[str, pd.DataFrame],
-    scatter: Mapping[str, float],
+    scatter: Mapping[str, Callable[[dict], np.ndarray]],
     target_errors: Mapping[tuple[str, str], float],
     limits: Mapping[str, Mapping[str, float]],
     spoiled: Mapping[str, int],
@@ -44,11 +44,13 @@ def comparison_table(
 
     Parameters
     ----------
-    calibration : optima of the cases, with their weights; a response without one is not asked to match.
+    calibration : optima of the cases, with their weights, or sets that serve as well (`sampled`); a response without a weight is
+        not asked to match.
     models : the surrogates that predicted them, by response.
     tables : by name, those of the responses, of simulations at the optima; other points in them do not matter.
     by_seed : by response, a table of its values with point_id and the response's column, a row for each seed of a point.
-    scatter : by response, the campaign's scatter (see `noise.known_scatter`), for optima with fewer than three seeds.
+    scatter : by response, what the campaign knows of its scatter at a point (see `noise.scatter_at`), for optima with fewer than
+        three seeds.
     target_errors : by soil and response, the standard uncertainty of a target.
     limits : `difference_of_consequence` and `standard_error`, each by the response's column.
     spoiled, overlaps : by point, number of simulations that failed or did not come to rest, and their largest overlap over the
@@ -64,18 +66,25 @@ def comparison_table(
     rows = []
     for _, optimum in calibration.iterrows():
         values = {name: float(optimum[name]) for name in variables}
-        point = point_id(point_at(material, values))
+        point, rank = point_id(point_at(material, values)), {"rank": optimum["rank"]} if "rank" in optimum else {}
         for name, response in responses.items():
             predicted, error = (float(v) for v in models[name].predict_with_error(values))
-            found = simulated(response, point, tables[response.table], by_seed[name], scatter[name])
+            found = simulated(response, point, tables[response.table], by_seed[name], float(scatter[name](values)[0]))
             target = float(optimum[f"target_{response.column}"]), target_errors.get((optimum["soil"], name), np.nan)
-            named = {"case": optimum["case"], "soil": optimum["soil"], **values, "response": name, "unit": response.unit}
+            named = {"case": optimum["case"], "soil": optimum["soil"], **rank, **values, "response": name, "unit": response.unit}
             answers = compared(target, (predicted, error), found, {key: limit[response.column] for key, limit in limits.items()})
             if not optimum[f"weight_{name}"]:
                 answers["match"] = UNASKED
             found_there = {"n_spoiled": spoiled.get(point, 0), "max_overlap_ratio": overlaps.get(point, np.nan)}
             rows.append({**named, **answers, **found_there})
     return pd.DataFrame(rows, columns=list(rows[0]) if rows else [])
+
+
+def sampled(equivalents: pd.DataFrame, calibration: pd.DataFrame, n: int) -> pd.DataFrame:
+    """N equivalent sets of every case, farthest from the best first, with the targets and weights of its optimum."""
+    asked = [name for name in calibration if name.startswith(("target_", "weight_"))]
+    chosen = equivalents[equivalents["rank"].between(2, n + 1)]
+    return chosen.merge(calibration[["case", *asked]], on="case")
 
 
 def compared(
@@ -119,7 +128,9 @@ def answer(question: str, difference: float, error: float, decisive: bool) -> st
 def simulated(response: Response, point: str, table: pd.DataFrame, by_seed: pd.DataFrame, scatter: float):
     """Mean, standard deviation over seeds, standard error and number of seeds of a response at one point."""
     values = by_seed.loc[by_seed["point_id"] == point, response.column].dropna().to_numpy()
-    return summary(values, error_of_mean(response, table[table["point_id"] == point], scatter, len(values)))
+    here = table[table["point_id"] == point]
+    mean, sd, se, n = summary(values, error_of_mean(response, here, scatter, len(values)))
+    return mean, sd, float(np.hypot(se, censoring(response, here))) if n > 2 else se, n
 
 
 def summary(values: np.ndarray, known_error: float) -> tuple[float, float, float, int]:

@@ -61,7 +61,7 @@ def further(config: dict, purpose: str, points: list[dict], seeds: dict) -> pd.D
     rows = {}
     for values in points:
         material = point_at(config["material"], values)
-        for _, *what in every_test(purpose, "campaign", material, campaign_loads(config), seeds):
+        for _, *what in every_test(purpose, "campaign", material, campaign_loads(config, material), seeds):
             row = design_row(config, *what)
             rows[row["simulation_id"], row["point_id"]] = {**row, "purposes": purpose}
     template = {**make_row(EXPERIMENTS[0].NAME, "campaign", config["material"], math.nan, 0), "purposes": purpose}
@@ -83,10 +83,10 @@ def decisive(config: dict, undecided: dict[str, tuple[dict, list[str]]], seeds: 
 
 def wanted(config: dict):
     """Yield (purpose, experiment, fidelity, material, load, seed) of every simulation, including duplicates."""
-    base, design, check, loads = config["material"], config["design"], config["fidelity"]["check"], campaign_loads(config)
+    base, design, check = config["material"], config["design"], config["fidelity"]["check"]
     for purpose, materials in (("grid", grid_points(base, design["grid"])), ("sweep", sweep_points(base, design))):
         for material in materials:
-            yield from every_test(purpose, "campaign", material, loads, design)
+            yield from every_test(purpose, "campaign", material, campaign_loads(config, material), design)
     yield from screened(config)
     checked = {experiment.NAME: experiment.check_loads(config) for experiment in chosen(config["experiments"])}
     for couple, fidelity in itertools.product(check["couples"], ("campaign", "reference")):
@@ -94,7 +94,7 @@ def wanted(config: dict):
         yield from every_test("check", fidelity, material, checked, check)
     for twin in config["twins"].values():
         material = point_at(base, {name: twin[name] for name in design["variables"]})
-        yield from every_test("twin", "campaign", material, loads, twin)
+        yield from every_test("twin", "campaign", material, campaign_loads(config, material), twin)
 
 
 def screened(config: dict):
@@ -103,7 +103,7 @@ def screened(config: dict):
     materials = [(config["material"], screening["base_seeds"])]
     materials += [(material, screening["changed_seeds"]) for material in changed_materials(config["material"], screening).values()]
     for material, seeds in materials:
-        for load, seed in itertools.product(experiment.loads(config), seeds):
+        for load, seed in itertools.product(experiment.loads(config, material), seeds):
             yield "screening", experiment.NAME, "campaign", material, load, seed
 
 
@@ -115,9 +115,9 @@ def screened_experiment(config: dict):
     return measured[wanted]
 
 
-def campaign_loads(config: dict) -> dict[str, list[float]]:
-    """Return experiment -> loads of its simulations in the campaign."""
-    return {experiment.NAME: experiment.loads(config) for experiment in chosen(config["experiments"])}
+def campaign_loads(config: dict, material: dict) -> dict[str, list[float]]:
+    """Return experiment -> loads of its simulations of a material in the campaign."""
+    return {experiment.NAME: experiment.loads(config, material) for experiment in chosen(config["experiments"])}
 
 
 def every_test(purpose: str, fidelity: str, material: dict, loads: dict[str, list[float]], seeds: dict):

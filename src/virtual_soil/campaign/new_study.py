@@ -6,7 +6,7 @@ from pathlib import Path
 from string import Template
 
 from virtual_soil.campaign.code import ROOT
-from virtual_soil.campaign.experiments.registry import BY_DEFAULT, RECOMMENDED, RESPONSES, chosen
+from virtual_soil.campaign.experiments.registry import BY_DEFAULT, PAPERS, RESPONSES, chosen
 from virtual_soil.campaign.settings import NAME
 from virtual_soil.campaign.soils import measure_soil
 
@@ -18,7 +18,7 @@ def own_targets(template: str) -> set[str]:
 
 def questions(targets: set[str]) -> tuple[list[str], list[str]]:
     """Experiments of a new study, and the responses that it weighs: those that its soil has targets for."""
-    for experiments in (RECOMMENDED, BY_DEFAULT):
+    for experiments in (BY_DEFAULT, PAPERS):
         asked = {experiment.NAME: [r.name for r in experiment.RESPONSES if r.name in targets] for experiment in chosen(experiments)}
         if all(asked.values()):
             break

@@ -205,9 +205,8 @@ LARGE_GRAINS = "large_grains"
 TERMS = sorted([*RESPONSES, LARGE_GRAINS])
 #: Those of a study that names no experiments.
 USUAL_TERMS = sorted([*responses_of(BY_DEFAULT), LARGE_GRAINS])
-EQUAL = dict.fromkeys(USUAL_TERMS, 0.25)
-#: The paper's second attempt: the weight of the angle of repose a tenth of the others.
-LOW_REPOSE = {**dict.fromkeys(USUAL_TERMS, 0.322581), "angle_of_repose": 0.032258}
+#: What the paper's soils have targets for.
+EQUAL = dict.fromkeys(("angle_of_repose", "steady_cohesion", "steady_friction_angle"), 1.0)
 WEIGHTS = {
     "type": "object",
     "additionalProperties": False,
@@ -225,7 +224,6 @@ class Optimise:
         [
             {"case": "sand", "soil": "silica_barco_sand", "weights": EQUAL},
             {"case": "regolith", "soil": "lunar_regolith", "weights": EQUAL},
-            {"case": "regolith_low_repose_weight", "soil": "lunar_regolith", "weights": LOW_REPOSE},
         ],
         of={
             "minItems": 1,
@@ -330,6 +328,10 @@ Verify = make(
                 minimum=0,
                 maximum=6,
             ),
+        ),
+        "equivalents": (
+            int,
+            setting("number of equivalent parameter sets per case that are simulated with the seeds above; 0: none", 2, minimum=0),
         ),
         **LIMITS,
     },

@@ -2,12 +2,14 @@
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 from dem import stable_time_step
 from dem.contact.model import ROLLING
 from dem.experiments.soil import Engine, Soil
 from dem.factory import SPACING_RATIO
 from virtual_soil.calibration.errors import demand
+from virtual_soil.campaign.settings import setting
 
 SOIL_KEYS = tuple(Soil.__dataclass_fields__)
 #: Solid fraction of grains in tube and box.
@@ -16,12 +18,32 @@ SOLID_FRACTION = 0.57
 LARGEST_OVERLAP_RATIO = 0.05
 #: Numbers that nobody need insist on: others are most often in another unit (kPa, MPa, radians).
 USUAL_STRESSES_PA, USUAL_COHESIONS_PA, USUAL_ANGLES_DEG = (1.0, 5e6), (-1e5, 1e6), (1.0, 75.0)
+#: Keys of the stresses in the settings of a shear test.
+STRESSES = ("normal_stresses_pa", "normal_stress_ratios")
 #: Cohesions closer than this fraction of the largest normal stress are one: no regression through the tests tells them apart.
 RESOLVED_RATIO = 0.01
 #: Duration of a consolidation under the lid: inertial times, and minimum number of steps.
 CONSOLIDATION_TIMES, CONSOLIDATION_STEPS = 40.0, 5500
 #: Minimum of E*/p with grains that are not softened: overlaps of (p/E*)^(2/3) = 1 % of the radius.
 LEAST_STIFFNESS = 1000.0
+
+
+def stress_ratios() -> Any:
+    """Declare the stresses of a shear test in units of the grains' weight."""
+    meaning = "stresses on the lid over rho g d of the point's grains, in place of normal_stresses_pa; null: normal_stresses_pa"
+    return setting(meaning, None, above=0, of={"minItems": 3, "uniqueItems": True})
+
+
+def normal_stresses_pa(section: dict, material: dict, gravity_m_s2: float, factor: float = 1.0) -> list[float]:
+    """Normal stresses in Pa on the grains of a point, to four digits: those of a shear test's settings.
+
+    section : settings with `normal_stresses_pa`, and `normal_stress_ratios` in their place if given; a stress of rho g d is the
+    weight of a grain over its diameter squared, but for a factor of pi/6. factor : on the stresses in Pa.
+    """
+    ratios = section["normal_stress_ratios"]
+    weight = material["density_kg_m3"] * gravity_m_s2 * 2.0 * material["radius_m"]
+    stresses = [factor * value for value in section["normal_stresses_pa"]] if ratios is None else [weight * k for k in ratios]
+    return [float(f"{value:.4g}") for value in stresses]
 
 
 def soil_of(row: dict) -> Soil:

@@ -16,8 +16,8 @@ RESPONSES: Responses = {response.name: response for experiment in EXPERIMENTS fo
 BY_RESPONSE = {response.name: experiment for experiment in EXPERIMENTS for response in experiment.RESPONSES}
 #: Names of the experiments of a study that names none, in the order in which they are run.
 BY_DEFAULT = [experiment.NAME for experiment in reversed(EXPERIMENTS) if experiment.BY_DEFAULT]
-#: Names of the experiments of a new study.
-RECOMMENDED = [repose.NAME, plane_shear.NAME]
+#: Those of the paper, for soils whose strength the paper's box has to meet.
+PAPERS = [repose.NAME, shear.NAME]
 #: Load columns of the design table.
 LOADS = tuple(dict.fromkeys(experiment.LOAD for experiment in EXPERIMENTS if experiment.LOAD))
 #: Reduced table -> experiment whose runs it summarises.

@@ -13,13 +13,16 @@ from virtual_soil.campaign.experiments.common import (
     CONSOLIDATION_STEPS,
     CONSOLIDATION_TIMES,
     RESOLVED_RATIO,
+    STRESSES,
     USUAL_ANGLES_DEG,
     USUAL_COHESIONS_PA,
     USUAL_STRESSES_PA,
     check_stiffness,
     engine_of,
+    normal_stresses_pa,
     scale_m,
     soil_of,
+    stress_ratios,
     time_step_s,
 )
 from virtual_soil.campaign.settings import setting
@@ -28,7 +31,7 @@ NAME = "plane_shear"
 #: Nouns for one simulation, for several, and for the samples that each seed prepares.
 NOUNS = ("plane shear test", "plane shear tests", "sheared beds")
 #: True if studies that name no experiments have it.
-BY_DEFAULT = False
+BY_DEFAULT = True
 
 
 def responses(state: str) -> tuple[Response, Response]:
@@ -102,6 +105,7 @@ class Settings:
         note="Every stress has a specimen of its own. Without gravity a bed has no scale, and one specimen under several stresses "
         "would be one and the same test.",
     )
+    normal_stress_ratios: list[float] | None = stress_ratios()
     shear_strain: float = setting("shear strain at which the test ends if its strength is steady", 3.0, minimum=0.5)
     max_shear_strain: float = setting(
         "largest shear strain; a test that is not steady then enters no fit of the steady strength", 6.0, minimum=0.5
@@ -138,9 +142,9 @@ REFERENCE = {
 }
 
 
-def loads(config: dict) -> list[float]:
-    """Normal stresses in Pa of the campaign."""
-    return config[NAME]["normal_stresses_pa"]
+def loads(config: dict, material: dict) -> list[float]:
+    """Normal stresses in Pa of a point."""
+    return normal_stresses_pa(config[NAME], material, config["engine"]["gravity_m_s2"])
 
 
 def check_loads(config: dict) -> list[float]:
@@ -150,7 +154,7 @@ def check_loads(config: dict) -> list[float]:
 
 def floors(config: dict) -> dict[str, float]:
     """Least scale of the errors of a response: the test resolves no smaller ones."""
-    least = RESOLVED_RATIO * max(loads(config))
+    least = RESOLVED_RATIO * max(loads(config, config["material"]))
     return {response.name: least for response in RESPONSES if response.signed}
 
 
@@ -172,7 +176,7 @@ def canonical(material: dict, config: dict) -> dict:
 def setup(config: dict, row: dict) -> dict:
     """Return keyword arguments of the test's Setup and of the engine for one row of the design."""
     fidelity = config["fidelity"][row["fidelity"]]
-    protocol = {key: value for key, value in config[NAME].items() if key != "normal_stresses_pa"}
+    protocol = {key: value for key, value in config[NAME].items() if key not in STRESSES}
     protocol |= {
         "scale_radius_m": scale_m(config, row),
         "inertial_number": fidelity["plane_shear_inertial_number"],

@@ -36,6 +36,7 @@ RESPONSES = (
         unit="deg",
         symbol="A",
         table="repose",
+        bound_column="angle_bound_deg",
         maximum=90.0,
         usual=USUAL_ANGLES_DEG,
         of_consequence=2.0,
@@ -59,7 +60,7 @@ REDUCED_BY: tuple[str, ...] = ()
 LABORATORY = "repose_csv"
 
 #: Default seeds of each stage.
-SEEDS = {"design": [1], "check": [1], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
+SEEDS = {"design": [1, 2], "check": [1], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
 
 #: Status of the simulations that count; the others enter no fit.
 SOUND = ("static", "flat")
@@ -125,8 +126,8 @@ CHECK: dict[str, tuple] = {}
 REFERENCE = {"repose_stiffness_number": None, "repose_time_step_rayleigh_ratio": 0.2}
 
 
-def loads(config: dict) -> list[float]:
-    """Loads of the campaign: none, so one simulation per seed."""
+def loads(config: dict, material: dict) -> list[float]:
+    """Loads of a point: none, so one simulation per seed."""
     return [math.nan]
 
 
@@ -189,6 +190,15 @@ def setup(config: dict, row: dict) -> dict:
         "stiffness_reduction": softening(soil, stress, number),
     }
     return {"setup": protocol, "engine": engine}
+
+
+def flat_bound_deg(n_particles: int) -> float:
+    """Angle in degrees of the lowest cone of n grains that has a slope: it is as high as `angle_of_repose.FLAT_HEIGHT_RATIO`.
+
+    From the volume of the grains, n 4/3 pi r^3 / solid fraction = pi h^3 / (3 tan^2 A).
+    """
+    height = 2.0 * angle_of_repose.FLAT_HEIGHT_RATIO  # in grain radii
+    return math.degrees(math.atan(math.sqrt(height**3 * SOLID_FRACTION / (4.0 * n_particles))))
 
 
 def tube_area_m2(tube_diameter_ratio: float, scale_radius_m: float) -> float:

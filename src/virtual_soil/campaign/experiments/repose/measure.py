@@ -3,19 +3,23 @@
 import pandas as pd
 
 from dem.measure.heap import measure_heap
-from virtual_soil.campaign.experiments.repose.declared import SOUND
+from virtual_soil.campaign.experiments.repose.declared import SOUND, flat_bound_deg
 
 NOTHING = {"angle_profile_deg": None, "angle_silhouette_deg": None, "angle_azimuth_sd_deg": None, "heap_height_m": None}
 
 
 def measured(run: dict, grains: pd.DataFrame | None, settings: dict) -> dict:
-    """Return a run's row with its angles: missing for a failed run, 0 if no heap remains.
+    """Return a run's row with its angles: missing for a failed run.
 
-    A heap that still moves has angles by the estimators, but no angle of repose: no fit and no comparison uses it.
+    Where no heap remains the estimators give 0. The angle of repose then lies between 0 and that of the lowest heap,
+    `angle_bound_deg`, and its value is the middle. A heap that still moves has angles by the estimators, but no angle of repose: no
+    fit and no comparison uses it.
     settings : the experiment's section of the configuration.
     """
     row = {**run, **angles(run, grains)}
-    return {**row, "angle_of_repose_deg": row[f"angle_{settings['estimator']}_deg"] if row["status"] in SOUND else None}
+    bound = flat_bound_deg(run["n_particles"]) if row["status"] == "flat" else None
+    angle = row[f"angle_{settings['estimator']}_deg"] if row["status"] in SOUND else None
+    return {**row, "angle_of_repose_deg": angle if bound is None else 0.5 * bound, "angle_bound_deg": bound}
 
 
 def angles(run: dict, grains: pd.DataFrame | None) -> dict:

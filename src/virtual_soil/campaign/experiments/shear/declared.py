@@ -7,19 +7,24 @@ the strength line through the tests of a point.
 from dataclasses import dataclass
 
 from dem.experiments import direct_shear, specimen
+from dem.experiments.soil import Soil
+from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.response import Response
 from virtual_soil.campaign.experiments.common import (
     CONSOLIDATION_STEPS,
     CONSOLIDATION_TIMES,
     RESOLVED_RATIO,
+    STRESSES,
     USUAL_ANGLES_DEG,
     USUAL_COHESIONS_PA,
     USUAL_STRESSES_PA,
     check_stiffness,
     engine_of,
+    normal_stresses_pa,
     scale_m,
     sliding,
     soil_of,
+    stress_ratios,
     time_step_s,
 )
 from virtual_soil.campaign.settings import choice, defaults, setting
@@ -28,7 +33,7 @@ NAME = "shear"
 #: Nouns for one simulation, for several, and for the samples that each seed prepares.
 NOUNS = ("shear test", "shear tests", "specimens")
 #: True if studies that name no experiments have it.
-BY_DEFAULT = True
+BY_DEFAULT = False
 
 RESPONSES = (
     Response(
@@ -75,6 +80,9 @@ LABORATORY = "direct_shear_csv"
 #: Default seeds of each stage.
 SEEDS = {"design": [1, 2], "check": [1, 2], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
 
+#: Least stress on the lid, in weights of the soil above the shear plane.
+LEAST_LID_RATIO = 10.0
+
 #: Status of the simulations that count; the others enter no fit.
 SOUND = ("done",)
 
@@ -88,10 +96,18 @@ class Settings:
     width_ratio: float = setting("thickness of the periodic slice in grain radii", 5.0, above=4.8)
     normal_stresses_pa: list[float] = setting(
         "stresses on the lid",
-        [125.0, 250.0, 500.0, 1000.0],
+        [150.0, 250.0, 500.0, 1000.0],
         above=0,
         usual=USUAL_STRESSES_PA,
         of={"minItems": 3, "uniqueItems": True},
+        note="Below ten times the weight of the soil above the shear plane they are refused: arches would carry the lid.",
+    )
+    normal_stress_ratios: list[float] | None = stress_ratios()
+    stresses: str = choice(
+        "scaled: where the geometry scales with the grain radius, the stresses hold at material.radius_m and scale with it; fixed: "
+        "they hold for all radii",
+        "scaled",
+        ("scaled", "fixed"),
     )
     displacement_ratio: float = setting("displacement of the lower frame in grain radii", 9.0, above=0)
     frame_static_friction: float = setting(
@@ -158,9 +174,11 @@ CHECK = {
 REFERENCE = {"shear_stiffness_number": None, "shear_time_step_rayleigh_ratio": 0.2, "shear_inertial_number": 2e-3}
 
 
-def loads(config: dict) -> list[float]:
-    """Normal stresses in Pa of the campaign."""
-    return config[NAME]["normal_stresses_pa"]
+def loads(config: dict, material: dict) -> list[float]:
+    """Normal stresses in Pa of a point; a box that grows with the grains is loaded in proportion."""
+    grows = config["design"]["geometry"] == "scaled" and config[NAME]["stresses"] == "scaled"
+    factor = material["radius_m"] / config["material"]["radius_m"] if grows else 1.0
+    return normal_stresses_pa(config[NAME], material, config["engine"]["gravity_m_s2"], factor)
 
 
 def check_loads(config: dict) -> list[float]:
@@ -170,7 +188,7 @@ def check_loads(config: dict) -> list[float]:
 
 def floors(config: dict) -> dict[str, float]:
     """Least scale of the errors of a response: the test resolves no smaller ones."""
-    return {"cohesion": RESOLVED_RATIO * max(loads(config))}
+    return {"cohesion": RESOLVED_RATIO * max(loads(config, config["material"]))}
 
 
 def strength(config: dict, response: str) -> str:
@@ -196,7 +214,7 @@ def canonical(material: dict, config: dict) -> dict:
 
 def setup(config: dict, row: dict) -> dict:
     """Return keyword arguments of the test's Setup and of the engine for one row of the design."""
-    fidelity, not_simulated = config["fidelity"][row["fidelity"]], {"normal_stresses_pa", *REDUCED_BY}
+    fidelity, not_simulated = config["fidelity"][row["fidelity"]], {*STRESSES, "stresses", *REDUCED_BY}
     protocol = {key: value for key, value in config[NAME].items() if key not in not_simulated}
     protocol |= {
         "scale_radius_m": scale_m(config, row),
@@ -206,12 +224,24 @@ def setup(config: dict, row: dict) -> dict:
     engine = {**config["engine"], "time_step_rayleigh_ratio": fidelity["shear_time_step_rayleigh_ratio"]}
     number, gravity = fidelity["shear_stiffness_number"], engine["gravity_m_s2"]
     test, soil = direct_shear.Setup(**protocol), soil_of(row)
+    check_lid(soil, test, gravity)
     stress = specimen.plane_stress_pa(soil, test, gravity)
     check_stiffness(soil, stress, number, f"fidelity.{row['fidelity']}.shear_stiffness_number")
     return {
         "setup": protocol,
         "engine": engine | {"stiffness_reduction": specimen.stiffness_reduction(soil, test, number, gravity)},
     }
+
+
+def check_lid(soil: Soil, test: direct_shear.Setup, gravity_m_s2: float) -> None:
+    """Raise CalibrationError, naming the stress that would do, if the lid presses too little beside the soil's own weight."""
+    weight = specimen.plane_stress_pa(soil, test, gravity_m_s2) - test.normal_stress_pa
+    demand(
+        test.normal_stress_pa >= LEAST_LID_RATIO * weight,
+        "shear.normal_stresses_pa",
+        f"{test.normal_stress_pa:.3g} Pa on grains of {1e6 * soil.radius_m:.3g} um",
+        f"at least {LEAST_LID_RATIO * weight:.3g} Pa, {LEAST_LID_RATIO:g} times the weight of the soil above the shear plane",
+    )
 
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:
