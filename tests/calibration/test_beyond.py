@@ -97,7 +97,9 @@ OPTIMA = pd.DataFrame(
 LINE = {"relative_scatter": 0.1, "n_runs": 8}
 #: A line's error where the campaign knows its scatter, over its own.
 MODERATED = student(12) / student(6)
-SCATTER = {name: lambda _, sd=sd: np.array([sd]) for name, sd in {"angle_of_repose": 3.0, "cohesion": 0.1, "friction_angle": 0.1}.items()}
+SCATTER = {
+    name: lambda _, sd=sd: np.array([sd]) for name, sd in {"angle_of_repose": 3.0, "cohesion": 0.1, "friction_angle": 0.1}.items()
+}
 
 
 TARGET_ERRORS = {("sand", "cohesion"): 5.0, ("sand", "friction_angle"): 0.5, ("sand", "angle_of_repose"): 1.0}

@@ -38,7 +38,9 @@ def at(radius_m):
 def test_the_scatter_follows_the_point():
     table = pd.concat([heaps(1e-4, 0.5), heaps(1e-2, 2.0)])
     fine, coarse = (scatter_at(ANGLE, table, SPACE, at(radius))[0] for radius in (1e-4, 1e-2))
-    assert 0.4 < fine < 0.7 * known_scatter(ANGLE, table) < known_scatter(ANGLE, table) < coarse  # some of the pooled one is borrowed
+    assert (
+        0.4 < fine < 0.7 * known_scatter(ANGLE, table) < known_scatter(ANGLE, table) < coarse
+    )  # some of the pooled one is borrowed
     points = known_points(ANGLE, {"heaps": table}, DESIGN, MATERIAL).groupby("radius_m")["noise"].mean()
     assert points[1e-4] == pytest.approx(fine / np.sqrt(2))
     assert points[1e-2] == pytest.approx(coarse / np.sqrt(2))

@@ -245,7 +245,13 @@ def test_the_newest_folder_that_holds_a_simulation_is_found(tmp_path):
 
 def test_measured_tables_are_the_same_bytes_whatever_the_batches(tmp_path):
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
-    few = {"experiment": ["repose"], "radius_m": [5e-5], "static_friction": [0.0, 0.9], "rolling_friction": [0.0, 0.05, 0.2], "seed": [1]}
+    few = {
+        "experiment": ["repose"],
+        "radius_m": [5e-5],
+        "static_friction": [0.0, 0.9],
+        "rolling_friction": [0.0, 0.05, 0.2],
+        "seed": [1],
+    }
     rows = [row for row in design_rows(config) if all(row[key] in values for key, values in few.items())]
     design = pd.DataFrame(rows)
     design["normal_stress_pa"] = design["normal_stress_pa"].astype(float)

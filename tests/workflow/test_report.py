@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -14,18 +15,21 @@ from virtual_soil.report.contents import FIGURES, TABLES, figure_names
 from virtual_soil.report.experiments import DECLARED, EXPERIMENTS, measured
 from virtual_soil.report.quantities import VARIABLES
 from virtual_soil.report.sections import SECTIONS, soils
-from virtual_soil.report.sections.answer import answer_card, answer_remarks
+from virtual_soil.report.sections.answer import answer_card, answer_remarks, next_step, undetermined
 from virtual_soil.report.sections.soils import reach_remarks
-from virtual_soil.report.sections.uncertainty import coverage_sentence
+from virtual_soil.report.sections.uncertainty import coverage_figure, coverage_table, equivalents_table, simulated_table
+from virtual_soil.report.sections.verification import best_table
 
+ANGLE = RESPONSES["angle_of_repose"]
 REPORT = ROOT / "src" / "virtual_soil" / "report"
 OF_EXPERIMENT = {
     "NAME": str, "TITLE": str, "SPECIMEN": str, "RESPONSES": dict, "FIGURES": dict,
     "STAGE": str, "CUT": bool, "EYE": tuple, "FLAT": bool, "DISPLACED_SINCE": str, "ASSUMPTIONS": tuple, "REMARKS": dict,
 }  # fmt: skip
-DONE_BY_EXPERIMENT = ("figures", "views", "packed_views", "period_m", "colour", "title")
+DONE_BY_EXPERIMENT = ("figures", "views", "packed_views", "period_m", "colour", "title", "facts")
 OF_SECTION = {"NAME": str, "TITLE": str, "HEADING": str, "LINKS": dict, "FIGURES": dict, "TABLES": dict}
 
+SET = {"case": "sand", "soil": "sand", "rank": 2, "radius_m": 2e-4, "static_friction": 0.5, "rolling_friction": 0.1}
 RANGES = {"cohesion": (-20.0, 80.0), "friction_angle": (8.0, 58.0), "angle_of_repose": (0.0, 53.0)}
 
 
@@ -44,6 +48,7 @@ def tables(determined=True, **changes):
         "calibration": pd.DataFrame([row]),
         "reachability": pd.DataFrame(reach),
         "identifiability": pd.DataFrame([direction]),
+        "equivalents": pd.DataFrame([SET, {**SET, "radius_m": 4e-4}]),
     }
 
 
@@ -75,7 +80,7 @@ def test_every_reason_for_doubt_is_named():
     assert "µr lies outside the 95 % interval: the optimum also prefers large grains" in remark(
         rolling_friction=0.3, weight_large_grains=0.25
     )
-    assert "do not determine +0.90 µs -0.40 µr there" in remark(determined=False)
+    assert "Parameters can be traded" in remark(determined=False)
 
 
 CARD = {
@@ -148,7 +153,64 @@ def test_a_target_out_of_reach_is_told_with_the_way_on():
 
 
 def test_the_coverage_is_counted():
-    assert "3 of 4 (75%)" in coverage_sentence(pd.DataFrame({"inside_95": [True, True, False, True]}))
+    levels = pd.DataFrame({"kind": ["made up"] * 4 + ["simulated"], "credible_level": [0.1, 0.6, 0.92, 0.99, 0.3]})
+    table = coverage_table(levels)
+    assert table.to_numpy().tolist() == [["made up", 4, "25%", "50%", "75%"], ["simulated", 1, "100%", "100%", "100%"]]
+    (axes,) = coverage_figure(levels).figure.axes
+    assert axes.lines[1].get_xydata().tolist() == [[0.1, 0.25], [0.6, 0.5], [0.92, 0.75], [0.99, 1.0]]
+
+
+def test_equivalent_sets_are_a_table_to_pick_from():
+    table = equivalents_table(pd.DataFrame([{**SET, "angle_of_repose_deg": 30.04}]), {"angle_of_repose": ANGLE})
+    assert table.iloc[0].tolist() == ["sand", 2, "200", "0.50", "0.100", "30.0"]
+
+
+def test_simulated_equivalents_say_whether_they_meet_the_targets():
+    line = {**SET, "response": "angle_of_repose", "simulated": 31.0, "simulated_se": 0.4, "match": "misses"}
+    table = simulated_table(pd.DataFrame([line]), {"angle_of_repose": ANGLE})
+    assert table.iloc[0].tolist() == ["sand", 2, "200", "0.50", "0.100", "31.0 ± 0.4", "misses: angle_of_repose"]
+    assert simulated_table(None, {"angle_of_repose": ANGLE}).empty
+
+
+def test_what_can_be_traded_is_told_by_the_farthest_sets():
+    free = pd.DataFrame([{"case": "sand", "determined": False}])
+    sets = pd.DataFrame(
+        [SET, {**SET, "radius_m": 4e-4, "static_friction": 1.2}, {**SET, "radius_m": 1e-4, "rolling_friction": 0.2}]
+    )
+    (sentence,) = undetermined("sand", free, sets)
+    assert "100 µm, 0.500, 0.2000 from 400 µm, 1.200, 0.1000" in sentence
+    assert undetermined("sand", free.assign(determined=True), sets) == []
+
+
+@pytest.mark.parametrize(
+    ("match", "spoiled", "words"),
+    [
+        ("matches", 0, "export/sand"),
+        ("misses: cohesion; not decided: angle_of_repose", 0, "within reach"),
+        ("not decided: angle_of_repose", 0, "verify.more_seeds"),
+    ],
+)
+def test_the_card_says_what_to_do_next(match, spoiled, words):
+    assert words in next_step({"case": "sand", "match": match, "n_spoiled": spoiled})
+
+
+def test_the_best_simulated_points_are_those_nearest_to_the_targets():
+    points = [
+        {"point_id": name, "fidelity": "campaign", "purposes": "grid", "radius_m": radius, "static_friction": 0.5,
+         "rolling_friction": 0.1, "seed": seed, "angle_of_repose_deg": angle + seed}
+        for name, radius, angle in (("far", 5e-5, 40.0), ("near", 1e-4, 28.5), ("flat", 2e-4, 3.0)) for seed in (1, 2)
+    ]  # fmt: skip
+    tables = {"repose": pd.DataFrame(points)}
+    line = {"case": "sand", "response": "angle_of_repose", "target": 30.0, "target_se": 1.0, "match": "misses"}
+    tables["verification"] = pd.DataFrame([line])
+    config = defaults(Study) | {"experiments": ["repose"], "optimise": {"cases": [{"case": "sand"}]}}
+    study = SimpleNamespace(config=config, tables=tables, every=tables, responses={"angle_of_repose": ANGLE})
+    table = best_table(study)
+    assert table["r (µm)"].tolist() == ["100.0", "50.0", "200.0"]
+    se = np.sqrt(0.5) / np.sqrt(2)
+    assert table["distance"].tolist()[:2] == ["0.0", f"{11.5 / np.hypot(1.0, se):.1f}"]
+    tables["verification"] = pd.DataFrame([{**line, "match": "not asked"}])
+    assert best_table(study).empty
 
 
 @pytest.mark.parametrize("experiment", EXPERIMENTS, ids=lambda experiment: experiment.NAME)

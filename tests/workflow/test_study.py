@@ -94,7 +94,10 @@ def test_stresses_may_be_given_in_units_of_the_grains_weight(experiment):
 
 
 def test_a_lid_too_light_for_the_soil_under_it_is_refused_with_the_stress_that_would_do():
-    with pytest.raises(StudyError, match=r"shear: shear.normal_stresses_pa is 1.25e\+03 Pa on grains of 500 um; allowed: at least 1.34e\+03 Pa, 10 times"):
+    with pytest.raises(
+        StudyError,
+        match=r"shear: shear.normal_stresses_pa is 1.25e\+03 Pa on grains of 500 um; allowed: at least 1.34e\+03 Pa, 10 times",
+    ):
         planned("shear", **{"shear.normal_stresses_pa": [125.0, 250.0, 500.0]})
     with pytest.raises(StudyError, match=r"1e\+03 Pa on grains of 500 um; allowed: at least 1.34e\+03 Pa"):
         planned("shear", **{"shear.stresses": "fixed"})

@@ -132,6 +132,18 @@ def test_points_are_named_and_the_answer_comes_first():
     ]
 
 
+def test_the_first_case_comes_first_and_of_its_tests_the_heap_then_the_largest_stress():
+    optimum = {"radius_m": 7e-5, "static_friction": 0.9, "rolling_friction": 0.2}
+    first = {"case": "zeta", "surrogate": "ours", "radius_m": 2e-4, "static_friction": 0.5, "rolling_friction": 0.1}
+    other = {name: first[name] for name in ("radius_m", "static_friction", "rolling_friction")}
+    table = rows(optimum, other, other, other).assign(
+        point_id=["p0", "p1", "p1", "p1"], normal_stress_pa=[np.nan, 100.0, np.nan, 900.0]
+    )
+    shown = views.labelled(table, MATERIAL, pd.concat([pd.DataFrame([first]), CALIBRATION]))
+    assert shown["label"].str.extract("optimum of (.*)\\)")[0].tolist() == ["zeta"] * 3 + ["moon dust"]
+    assert shown["normal_stress_pa"].fillna(0.0).tolist() == [0.0, 900.0, 100.0, 0.0]
+
+
 def test_a_large_study_keeps_optima_and_base_set_and_says_what_it_leaves_out():
     optimum = {"radius_m": 7e-5, "static_friction": 0.9, "rolling_friction": 0.2}
     table = views.labelled(rows(optimum, {}, *({"static_friction": s} for s in np.linspace(1, 2, 40))), MATERIAL, CALIBRATION)
@@ -149,9 +161,10 @@ def test_a_large_study_keeps_optima_and_base_set_and_says_what_it_leaves_out():
 def test_the_grain_view_tells_what_is_missing():
     table = views.labelled(rows({}, {"static_friction": 0.5}), MATERIAL, CALIBRATION)
     heap, nothing = grains([[0, 0, 1e-3]]), grains(np.zeros((0, 3)))
-    view, note = views.grain_view(table, {"s0": (heap, heap), "s1": (nothing, nothing)}, {})
+    view, note = views.grain_view(table, {"s0": (heap, heap), "s1": (nothing, nothing)}, {}, {"s0": "A 30°"})
     ((label, runs),) = view["repose"].items()
     assert (label, runs[0]["id"], runs[0]["grains"]["n"]) == ("µs 0.3, µr 0.1, r 50 µm (base set)", "s0", 1)
+    assert runs[0]["label"] == "seed 1: A 30°"
     assert note.startswith("1 simulations can be looked at. 1 are left out")
 
 

@@ -13,6 +13,7 @@ REPORTED = [
     *("soil", "design", *MEASURED, "screening", "acceleration"),
     *("reachability", "calibration", "iterations", "minima", "posterior"),
     *("equivalents", "identifiability", "verification", "sensitivity", "coverage"),
+    *(["equivalents_simulated"] if config["verify"]["equivalents"] else []),
 ]
 
 

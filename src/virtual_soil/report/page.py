@@ -99,7 +99,7 @@ def views_of(study: Study) -> tuple[dict, dict, str]:
     """Data of flat views, data of views of grains, and a sentence on the simulations that the 3D view offers."""
     rows = runs(study).drop_duplicates(["simulation_id", "point_id"])
     rows = views.labelled(rows, study.config["material"], study.tables["calibration"])
-    tests, note = views.grain_view(rows, study.states, periods_m(study.config, rows))
+    tests, note = views.grain_view(rows, study.states, periods_m(study.config, rows), facts_of(study))
     flat: dict = {}
     grains = {"tests": tests, "specimens": specimens(study.config)}
     for experiment in of_study(study.config):
@@ -114,6 +114,13 @@ def periods_m(config: dict, rows: pd.DataFrame) -> dict[str, float]:
     return {
         row["simulation_id"]: tests[row["experiment"]].period_m(experiment_settings(config, row)["setup"])
         for _, row in rows.iterrows()
+    }
+
+
+def facts_of(study: Study) -> dict[str, str]:
+    """Simulation -> what was measured in it, in a few words."""
+    return {
+        row["simulation_id"]: test.facts(row) for test in of_study(study.config) for _, row in study.every[test.NAME].iterrows()
     }
 
 

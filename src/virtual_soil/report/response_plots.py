@@ -35,6 +35,8 @@ def response_lines(points: pd.DataFrame, response: Response, fits: Mapping, radi
         draw_fits(axes, fits, values, colour, printed)
     axes.set_xlabel(axis_label("static_friction"))
     axes.set_ylabel(axis_label(response.name))
+    if not response.signed:
+        axes.set_ylim(bottom=0.0)  # a surrogate may go below, a soil cannot
     axes.legend(fontsize="small", ncols=2)
     return figure
 
@@ -83,6 +85,19 @@ def residual_map(residuals: pd.DataFrame, radius_m: float) -> Figure:
         axes.set_xlabel(axis_label("static_friction"))
     for axes in panels[:, 0]:
         axes.set_ylabel(axis_label("rolling_friction"))
+    return figure
+
+
+def parity(residuals: pd.DataFrame, chosen: Mapping) -> Figure:
+    """Predictions of the chosen surrogates at left-out points over the simulated responses, a panel per response."""
+    figure, panels = canvas(len(chosen), width=11, height=3.2)
+    for axes, (name, model) in zip(panels, chosen.items(), strict=True):
+        points = residuals[(residuals["response"] == name) & (residuals["model"] == model.model)].dropna(subset="left_out_residual")
+        predicted = points["observed"] - points["left_out_residual"]
+        ends = [min(points["observed"].min(), predicted.min()), max(points["observed"].max(), predicted.max())]
+        axes.plot(ends, ends, color="0.6", linewidth=1)
+        axes.errorbar(points["observed"], predicted, xerr=points["noise"], fmt="o", markersize=3, linewidth=0.7, color=COLOURS[0])
+        axes.set(xlabel=f"simulated {axis_label(name)}", ylabel="predicted")
     return figure
 
 

@@ -60,28 +60,31 @@ def labelled(rows: pd.DataFrame, material: dict, calibration: pd.DataFrame) -> p
     points = rows.drop_duplicates("point_id").copy()
     optima = calibration[calibration["surrogate"] == "ours"]
     points[["label", "rank"]] = [point_label(point, material, optima) for _, point in points.iterrows()]
-    keys = ["rank", *VARIABLES, "point_id", "fidelity", "normal_stress_pa", "seed"]
     merged = rows.merge(points[["point_id", "label", "rank"]], on="point_id")
-    return merged.sort_values(keys, kind="stable", ignore_index=True)
+    merged["lid_last"] = -merged["normal_stress_pa"]  # heaps first, then the largest stress
+    keys = ["rank", *VARIABLES, "point_id", "fidelity", "lid_last", "seed"]
+    return merged.sort_values(keys, kind="stable", ignore_index=True, na_position="first").drop(columns="lid_last")
 
 
 def point_label(point: pd.Series, material: dict, optima: pd.DataFrame) -> tuple[str, int]:
-    """Label and rank of a point: 0 for an optimum, 1 for the base set, 2 for any other point."""
+    """Label and rank of a point: below 1 for an optimum, in the order of the cases; 1 for the base set, 2 for any other point."""
     label = f"µs {point['static_friction']:.3g}, µr {point['rolling_friction']:.3g}, r {1e6 * point['radius_m']:.3g} µm"
     label += "".join(f", {symbol} {point[n]:g}" for n, symbol in FURTHER.items() if not math.isclose(point[n], material[n]))
-    cases = [row["case"] for _, row in optima.iterrows() if all(math.isclose(point[n], row[n], rel_tol=1e-3) for n in VARIABLES)]
-    if cases:
-        return f"{label} (optimum of {', '.join(map(spoken, cases))})", 0
+    cases = list(optima["case"])
+    here = [row["case"] for _, row in optima.iterrows() if all(math.isclose(point[n], row[n], rel_tol=1e-3) for n in VARIABLES)]
+    if here:
+        return f"{label} (optimum of {', '.join(map(spoken, here))})", cases.index(here[0]) - len(cases)
     if all(math.isclose(point[n], material[n]) for n in (*VARIABLES, *FURTHER)):
         return f"{label} (base set)", 1
     return label, 2
 
 
-def run_label(row) -> str:
-    """Label of a simulation among those of its point."""
+def run_label(row, fact: str = "") -> str:
+    """Label of a simulation among those of its point, with what was measured in it."""
     parts = [] if pd.isna(row["normal_stress_pa"]) else [f"p {row['normal_stress_pa']:g} Pa"]
     parts.append(f"seed {row['seed']}")
-    return ", ".join(parts + ([] if row["fidelity"] == "campaign" else [row["fidelity"]]))
+    label = ", ".join(parts + ([] if row["fidelity"] == "campaign" else [row["fidelity"]]))
+    return f"{label}: {fact}" if fact else label
 
 
 def selected(rows: pd.DataFrame, n_grains: dict[str, int], most: int = MAX_GRAINS) -> pd.DataFrame:
@@ -97,8 +100,13 @@ def selected(rows: pd.DataFrame, n_grains: dict[str, int], most: int = MAX_GRAIN
     return rows[kept | rows.index.isin(chosen)]
 
 
-def grain_view(rows: pd.DataFrame, states: dict[str, tuple], periods_m: dict[str, float]) -> tuple[dict, str]:
-    """Data of the 3D view, and a sentence on omitted simulations; rows: `labelled`; states: id -> grains before and after."""
+def grain_view(
+    rows: pd.DataFrame, states: dict[str, tuple], periods_m: dict[str, float], facts: dict[str, str]
+) -> tuple[dict, str]:
+    """Data of the 3D view, and a sentence on omitted simulations.
+
+    rows : `labelled`. By simulation, states : grains before and after; facts : what was measured in it.
+    """
     some = selected(rows, {name: len(after) for name, (_, after) in states.items()})
     tests: dict[str, dict[str, list]] = {}
     for _, row in some.iterrows():
@@ -106,7 +114,7 @@ def grain_view(rows: pd.DataFrame, states: dict[str, tuple], periods_m: dict[str
         points = tests.setdefault(row["experiment"], {})
         before, after = states[name]
         grains = snapshot(before, after, periods_m.get(name, 0.0))
-        points.setdefault(row["label"], []).append({"label": run_label(row), "id": name, "grains": grains})
+        points.setdefault(row["label"], []).append({"label": run_label(row, facts.get(name, "")), "id": name, "grains": grains})
     left_out = rows["simulation_id"].nunique() - some["simulation_id"].nunique()
     note = f"{some['simulation_id'].nunique()} simulations can be looked at."
     if left_out:

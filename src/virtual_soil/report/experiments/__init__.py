@@ -25,7 +25,7 @@ from virtual_soil.report.study import Study
 
 DECLARED = (
     *("NAME", "TITLE", "SPECIMEN", "RESPONSES", "FIGURES", "EYE", "FLAT", "DISPLACED_SINCE", "STAGE", "CUT", "REMARKS"),
-    *("ASSUMPTIONS", "figures", "views", "packed_views", "period_m", "colour", "title"),
+    *("ASSUMPTIONS", "figures", "views", "packed_views", "period_m", "colour", "title", "facts"),
 )
 
 

@@ -1,5 +1,7 @@
 """The plane shear test: pictures of the bed, shear curves and strength lines, the film, and a remark on steadiness."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -10,6 +12,7 @@ from virtual_soil.report.experiments import shear as box
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas
 from virtual_soil.report.study import Study, base_point, before_and_after, couple
+from virtual_soil.report.text import number, spoken
 
 NAME, TITLE, SPECIMEN = "plane_shear", "Plane shear", "sheared bed"
 RESPONSES = {name: None for name in ("steady_friction_angle", "steady_cohesion", "peak_friction_angle", "peak_cohesion")}
@@ -57,6 +60,12 @@ def figures(study: Study) -> dict[str, Item]:
             f"Peak and steady shear strengths against normal stress with their Mohr-Coulomb lines at {where}",
         ),
     }
+
+
+def facts(run: Mapping) -> str:
+    """What was measured in a bed."""
+    ratio, density = run["steady_shear_stress_pa"] / run["steady_normal_stress_pa"], run["steady_solid_fraction"]
+    return f"τ/σ {number(ratio, 3)} {spoken(run['status'])}, solid fraction {number(density, 3)}"
 
 
 def line_of(study: Study, state: str, point: str) -> pd.Series | None:

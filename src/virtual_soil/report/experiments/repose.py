@@ -1,5 +1,7 @@
 """The angle-of-repose test: pictures of heap and lift, the film of the lift, and remarks on the angle of repose."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -10,13 +12,14 @@ from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.pack import packed_grains
 from virtual_soil.report.plots import COLOURS, canvas, draw_grains
 from virtual_soil.report.study import Study, base_point, before_and_after, couple
+from virtual_soil.report.text import number, spoken
 from virtual_soil.report.views import coordination, distance_mm
 
 NAME, TITLE, SPECIMEN = "repose", "Angle of repose", "heap"
 RESPONSES = {"angle_of_repose": "Figure 5"}
 FIGURES = {
     "lift": Entry("Figure 2: the tube is lifted", view="lift", hint="Slide through the lift, or play it."),
-    "heap": Entry("Figure 2: tube and heap"),
+    "heap": Entry("Tube and heap at the base set"),
 }
 STAGE, CUT = "lift", True
 EYE, FLAT = (0.9, -1.6, 0.7), False
@@ -52,6 +55,13 @@ def figures(study: Study) -> dict[str, Item]:
     }
 
 
+def facts(run: Mapping) -> str:
+    """What was measured in a heap."""
+    height = f"{1e3 * run['heap_height_m']:.3g} mm high, " if run["heap_height_m"] > 0 else ""
+    overlap = number(run["max_overlap_ratio"], 1, 100)
+    return f"A {number(run[ANGLE])}°, {spoken(run['status'])}, {height}overlaps up to {overlap} % of r"
+
+
 def heap(filled: pd.DataFrame, grains: pd.DataFrame, angle_deg: float) -> Figure:
     """Figure 2: the grains in the tube, and the heap at rest with a line at its angle of repose."""
     figure, (left, right) = canvas(2, height=3.2)
@@ -74,8 +84,8 @@ def lift(frames: pd.DataFrame) -> Figure:
     start = frames[frames["frame"] == 0].set_index("grain")["z_m"]
     numbers = np.unique(frames["frame"])
     width = 1e3 * np.array([frames["x_m"].min(), frames["x_m"].max()])
-    for axes, number in zip(panels, numbers[np.linspace(0, len(numbers) - 1, N_PANELS).astype(int)], strict=True):
-        draw_lift(axes, frames[frames["frame"] == number], start)
+    for axes, k in zip(panels, numbers[np.linspace(0, len(numbers) - 1, N_PANELS).astype(int)], strict=True):
+        draw_lift(axes, frames[frames["frame"] == k], start)
         axes.set(xlim=width, ylim=(0.0, 1.05e3 * start.max()))
     return figure
 

@@ -1,5 +1,7 @@
 """The direct shear test: pictures of the box, shear curves and strength line, the film, and remarks on the cohesion."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -11,6 +13,7 @@ from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas, draw_grains
 from virtual_soil.report.quantities import printed_unit
 from virtual_soil.report.study import Study, base_point, before_and_after, couple
+from virtual_soil.report.text import number
 from virtual_soil.report.views import run_label
 
 NAME, TITLE, SPECIMEN = "shear", "Direct shear", "shear box"
@@ -65,6 +68,12 @@ def strength_of(study: Study, point: str) -> pd.Series | None:
     """The Mohr-Coulomb line of a point at the campaign's fidelity; None if too few of its tests finished."""
     strength = study.tables["strength"].query("fidelity == 'campaign' and point_id == @point")
     return None if strength.empty else strength.iloc[0]
+
+
+def facts(run: Mapping) -> str:
+    """What was measured in a box."""
+    ratio = run["plateau_shear_stress_pa"] / run["plane_normal_stress_pa"]
+    return f"τ/σ {number(ratio, 2)} on the plane, solid fraction {number(run['solid_fraction'], 3)}"
 
 
 def shear_box(before: pd.DataFrame, after: pd.DataFrame) -> Figure:

@@ -11,7 +11,7 @@ from virtual_soil.calibration.verify import QUESTIONS, UNASKED
 from virtual_soil.campaign.experiments.common import LARGEST_OVERLAP_RATIO
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report.items import Entry, Item
-from virtual_soil.report.quantities import VARIABLES, combination, header, printed_unit, symbol, symbols, value_with_interval
+from virtual_soil.report.quantities import VARIABLES, header, printed_unit, symbol, symbols, value_with_interval, variables_in_words
 from virtual_soil.report.study import Study
 from virtual_soil.report.text import number, spoken, with_error
 
@@ -94,9 +94,19 @@ def answer_card(row: Mapping, verification: pd.DataFrame) -> dict:
         "properties": [property_line(line) for _, line in verification.iterrows()],
         "state": state_of(row["match"], "matches") if sound else "bad",
         "verdicts": [(state_of(row["match"], "matches"), match), (state_of(row["prediction"], "confirmed"), prediction)],
+        "next": next_step(row),
         "spoiled": "" if sound else f"{row['n_spoiled']:.0f} of its simulations failed or did not come to rest",
         "soft": soft(row["max_overlap_ratio"]),
     }
+
+
+def next_step(row: Mapping) -> str:
+    """What to do with an answer."""
+    if row["match"] == "matches" and not row["n_spoiled"]:
+        return f"Next: export/{row['case']} holds a material card, and input for DEM programs."
+    if "misses" in row["match"]:
+        return "Next: see whether the target is within reach (section 2), and the best simulated points (section 6)."
+    return "Next: raise verify.more_seeds; each round doubles the seeds of the tests that do not decide yet."
 
 
 def soft(overlap: float) -> str:
@@ -154,7 +164,7 @@ def caveats(optimum: Mapping, study: Study) -> list[str]:
         *beyond_simulated(optimum, study.tables["reachability"], study.responses),
         *outside_interval(optimum),
         *doubts(optimum),
-        *undetermined(optimum["case"], study.tables["identifiability"]),
+        *undetermined(optimum["case"], study.tables["identifiability"], study.tables["equivalents"]),
     ]
     return [f"{optimum['case']}:", *(found or ["nothing to add."])]
 
@@ -215,10 +225,13 @@ def doubts(optimum: Mapping) -> list[str]:
     return sentences
 
 
-def undetermined(case: str, identifiability: pd.DataFrame) -> list[str]:
-    """Combinations of the variables that the tests do not determine at an optimum."""
-    free = identifiability[(identifiability["case"] == case) & ~identifiability["determined"].astype(bool)]
-    if free.empty:
+def undetermined(case: str, identifiability: pd.DataFrame, equivalents: pd.DataFrame) -> list[str]:
+    """The two farthest of the parameter sets that the tests cannot tell apart, if they leave a combination open."""
+    sets = equivalents[equivalents["case"] == case].sort_values("radius_m")
+    if identifiability.loc[identifiability["case"] == case, "determined"].astype(bool).all() or len(sets) < 2:
         return []
-    named = "; ".join(combination(direction) for _, direction in free.iterrows())
-    return [f"The tests do not determine {named} there: equivalents.parquet lists sets that serve as well."]
+    fine, coarse = ((row, variables_in_words(row)) for _, row in sets.iloc[[0, -1]].iterrows())
+    named = ", ".join(variable.symbol for variable in VARIABLES.values())
+    return [
+        f"Parameters can be traded: the tests do not tell {named} = {fine[1]} from {coarse[1]} (section 5 lists more such sets)."
+    ]

@@ -37,6 +37,7 @@ FIGURES = {
         friction_grid=True,
     ),
     "radius_sweep": Entry("Radius sweep", friction_grid=True),
+    "parity": Entry("Predicted against simulated", friction_grid=True),
     "residuals": Entry("Errors at left-out points", friction_grid=True),
 }
 TABLES = {
@@ -95,6 +96,11 @@ def response_figures(study: Study) -> dict[str, Item]:
             response_plots.radius_sweep(sweeps, study.models["quadratic"]),
             pd.concat(list(sweeps.values())),
             f"{names} over the radius".capitalize(),
+        ),
+        "parity": Item(
+            response_plots.parity(study.residuals, chosen),
+            study.residuals,
+            f"{names}: predicted without the point against simulated".capitalize(),
         ),
         "residuals": Item(
             response_plots.residual_map(study.residuals, radius_m),

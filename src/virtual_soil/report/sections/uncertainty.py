@@ -6,19 +6,29 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from virtual_soil.calibration.response import Responses
+from virtual_soil.calibration.verify import verdict
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas
 from virtual_soil.report.quantities import VARIABLES, axis_label, combination, header
 from virtual_soil.report.study import Study, has_friction_grid
-from virtual_soil.report.text import number, spoken
+from virtual_soil.report.text import number, spoken, with_error
 
 NAME, TITLE, HEADING = "uncertainty", "5. Uncertainty", "5. How sure is it"
 LINKS = {"uncertainty": "5. How sure"}
 FIGURES = {
-    "iso": Entry("Curves of equal response", view="iso", hint="Choose the case and go through the radii.", friction_grid=True)
+    "iso": Entry("Curves of equal response", view="iso", hint="Choose the case and go through the radii.", friction_grid=True),
+    "coverage": Entry("Coverage of the stated regions"),
 }
-TABLES = {"identifiability": "Determined combinations"}
+TABLES = {
+    "equivalents": "Equivalent parameter sets",
+    "equivalents_simulated": "Equivalent sets, simulated",
+    "identifiability": "Determined combinations",
+    "coverage": "Coverage of the stated regions",
+}
+#: Masses of regions in the table of the coverage.
+MASSES = (0.5, 0.9, 0.95)
 
 #: Half width of the band around a target, over the target, and its minimum in Pa or degrees.
 BAND, MIN_BAND = 0.05, 1.0
@@ -27,18 +37,24 @@ N_POINTS = 90
 
 
 def figures(study: Study) -> dict[str, Item]:
-    """Curves of equal response."""
-    return {"iso": iso_figure(study)} if has_friction_grid(study.config) else {}
+    """Curves of equal response, and the coverage."""
+    iso = {"iso": iso_figure(study)} if has_friction_grid(study.config) else {}
+    return iso | {"coverage": coverage_figure(study.tables["coverage"])}
 
 
 def tables(study: Study) -> dict[str, pd.DataFrame]:
-    """Determined combinations of the variables."""
-    return {"identifiability": identifiability_table(study.tables["identifiability"])}
+    """Equivalent sets, determined combinations of the variables, and the coverage."""
+    return {
+        "equivalents": equivalents_table(study.tables["equivalents"], study.responses),
+        "equivalents_simulated": simulated_table(study.tables.get("equivalents_simulated"), study.responses),
+        "identifiability": identifiability_table(study.tables["identifiability"]),
+        "coverage": coverage_table(study.tables["coverage"]),
+    }
 
 
 def words(study: Study) -> dict:
-    """Coverage of the stated regions, and hidden soils found again."""
-    return {"coverage": coverage_sentence(study.tables["coverage"]), "twins": twin_table(study.twins)}
+    """Hidden soils found again; True if equivalent sets were simulated."""
+    return {"twins": twin_table(study.twins), "simulated": "equivalents_simulated" in study.tables}
 
 
 def iso_figure(study: Study) -> Item:
@@ -100,13 +116,52 @@ def identifiability_table(table: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def coverage_sentence(coverage: pd.DataFrame) -> str:
-    """Share of the points whose region holds the true parameters."""
-    n, held = len(coverage), int(coverage["inside_95"].sum())
-    return (
-        "Every simulated point, taken as an unknown soil and calibrated without its own simulations: the 95 % region holds the "
-        f"true parameters of {held} of {n} ({held / n:.0%})."
+def equivalents_table(equivalents: pd.DataFrame, responses: Responses) -> pd.DataFrame:
+    """Sets that serve as well as the best, to pick one from, with their predicted responses."""
+    return pd.DataFrame(
+        {
+            "case": equivalents["case"].map(spoken),
+            "set": equivalents["rank"],
+            **{header(v): [number(value, v.digits, v.scale) for value in equivalents[name]] for name, v in VARIABLES.items()},
+            **{header(response): [number(value) for value in equivalents[response.column]] for response in responses.values()},
+        }
     )
+
+
+def simulated_table(simulated: pd.DataFrame | None, responses: Responses) -> pd.DataFrame:
+    """Equivalent sets beside their simulations; without rows if none was simulated."""
+    columns = ["case", "set", *map(header, VARIABLES.values()), *(header(response) for response in responses.values()), "targets"]
+    if simulated is None:
+        return pd.DataFrame(columns=columns)
+    rows = []
+    for (case, rank), lines in simulated.groupby(["case", "rank"], sort=False):
+        first, by_name = lines.iloc[0], lines.set_index("response")
+        where = [number(first[name], variable.digits, variable.scale) for name, variable in VARIABLES.items()]
+        found = [with_error(by_name.loc[name, "simulated"], by_name.loc[name, "simulated_se"]) for name in responses]
+        rows.append((spoken(str(case)), rank, *where, *found, verdict(lines, "match")))
+    return pd.DataFrame(rows, columns=columns)
+
+
+def coverage_figure(coverage: pd.DataFrame) -> Item:
+    """Share of the known soils that regions of every mass hold, for each kind of soil."""
+    figure, (axes,) = canvas(width=5.0)
+    axes.plot([0, 1], [0, 1], color="0.6", linewidth=1)
+    for colour, (kind, levels) in zip(COLOURS, coverage.groupby("kind", sort=False)["credible_level"], strict=False):
+        axes.step(
+            np.sort(levels), (np.arange(len(levels)) + 1) / len(levels), where="post", color=colour, label=f"{kind} ({len(levels)})"
+        )
+    axes.set(xlabel="mass of the stated region", ylabel="share of soils whose parameters it holds", xlim=(0, 1), ylim=(0, 1))
+    axes.legend(loc="upper left")
+    return Item(figure, coverage, "Share of soils of known parameters that the stated regions hold, over the mass of the region")
+
+
+def coverage_table(coverage: pd.DataFrame) -> pd.DataFrame:
+    """Share of the known soils that the regions of three masses hold."""
+    rows = [
+        (kind, len(levels), *(f"{(levels <= mass).mean():.0%}" for mass in MASSES))
+        for kind, levels in coverage.groupby("kind", sort=False)["credible_level"]
+    ]
+    return pd.DataFrame(rows, columns=["soils", "number", *(f"within the {mass:.0%} region" for mass in MASSES)])
 
 
 def twin_table(twins: pd.DataFrame | None) -> pd.DataFrame | None:

@@ -1,16 +1,22 @@
 """The verification: predicted and simulated properties at the optima, and the gaps of the refinement rounds."""
 
+import numpy as np
 import pandas as pd
 
+from virtual_soil.calibration.models import space_of
+from virtual_soil.calibration.noise import error_of_mean, scatter_at
+from virtual_soil.calibration.verify import UNASKED
 from virtual_soil.report.items import Entry, Item
-from virtual_soil.report.quantities import VARIABLES, variables_in_words
-from virtual_soil.report.study import Study
+from virtual_soil.report.quantities import VARIABLES, header, variables_in_words
+from virtual_soil.report.study import Study, known_points
 from virtual_soil.report.text import number, spoken, with_error
 
 NAME, TITLE, HEADING = "verification", "6. Simulating the answer", "6. Simulating the answer"
 LINKS = {"verification": "6. Simulating the answer"}
 FIGURES: dict[str, Entry] = {}
-TABLES = {"verification": "Optima simulated"}
+TABLES = {"verification": "Optima simulated", "best": "Best simulated points"}
+#: Simulated points listed for every case.
+N_BEST = 5
 
 
 def figures(_study: Study) -> dict[str, Item]:
@@ -19,8 +25,8 @@ def figures(_study: Study) -> dict[str, Item]:
 
 
 def tables(study: Study) -> dict[str, pd.DataFrame]:
-    """Predicted and simulated properties."""
-    return {"verification": verification_table(study.tables["verification"])}
+    """Predicted and simulated properties, and the simulated points nearest to the targets."""
+    return {"verification": verification_table(study.tables["verification"]), "best": best_table(study)}
 
 
 def words(study: Study) -> dict:
@@ -49,6 +55,45 @@ def verification_table(verification: pd.DataFrame) -> pd.DataFrame:
             "target met": verification["match"],
         }
     )
+
+
+def best_table(study: Study) -> pd.DataFrame:
+    """The simulated points nearest to the targets of each case, whatever a surrogate says.
+
+    Distance: root mean square, over the case's targets, of the difference between the mean of the simulations and the target, in
+    units of the target's standard uncertainty and the simulation's together.
+    """
+    points, rows = simulated_points(study), []
+    for case in study.config["optimise"]["cases"]:
+        lines = study.tables["verification"]
+        lines = lines[(lines["case"] == case["case"]) & (lines["match"] != UNASKED)]
+        squares = [
+            ((points[line["response"]] - line["target"]) / np.hypot(points[f"{line['response']}_se"], line["target_se"])) ** 2
+            for _, line in lines.iterrows()
+        ]
+        distance = np.sqrt(sum(squares) / max(len(squares), 1)) if squares else pd.Series(np.nan, index=points.index)
+        for place in distance.dropna().nsmallest(N_BEST).index:
+            point = points.loc[place]
+            where = [number(point[name], variable.digits + 1, variable.scale) for name, variable in VARIABLES.items()]
+            found = [with_error(point[name], point[f"{name}_se"]) for name in study.responses]
+            rows.append((spoken(case["case"]), number(distance[place]), *where, *found))
+    columns = [*map(header, VARIABLES.values()), *(header(response) for response in study.responses.values())]
+    return pd.DataFrame(rows, columns=["case", "distance", *columns])
+
+
+def simulated_points(study: Study) -> pd.DataFrame:
+    """Variables of every simulated point of all stages, mean and standard error of each response; point_id is the index."""
+    parts = []
+    for name, response in study.responses.items():
+        table = known_points(study.every, response)
+        space, groups = space_of(study.config["design"]), table.groupby("point_id")
+        scatter = {
+            point: float(scatter_at(response, study.tables[response.table], space, rows.iloc[0])[0]) for point, rows in groups
+        }
+        errors = pd.Series({point: error_of_mean(response, rows, scatter[point], len(rows)) for point, rows in groups})
+        parts.append(pd.DataFrame({name: groups[response.column].mean(), f"{name}_se": errors}))
+    rows = pd.concat([known_points(study.every, response) for response in study.responses.values()], join="inner")
+    return pd.concat([rows.groupby("point_id")[list(VARIABLES)].first(), *parts], axis=1)
 
 
 def gap_table(rounds: list[pd.DataFrame], verification: pd.DataFrame) -> pd.DataFrame:
