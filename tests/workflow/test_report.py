@@ -168,7 +168,7 @@ def test_equivalent_sets_are_a_table_to_pick_from():
 def test_simulated_equivalents_say_whether_they_meet_the_targets():
     line = {**SET, "response": "angle_of_repose", "simulated": 31.0, "simulated_se": 0.4, "match": "misses"}
     table = simulated_table(pd.DataFrame([line]), {"angle_of_repose": ANGLE})
-    assert table.iloc[0].tolist() == ["sand", 2, "200", "0.50", "0.100", "31.0 ± 0.4", "misses: angle_of_repose"]
+    assert table.iloc[0].tolist() == ["sand", 2, "200", "0.50", "0.100", "31.0 ± 0.4", "misses: angle of repose"]
     assert simulated_table(None, {"angle_of_repose": ANGLE}).empty
 
 

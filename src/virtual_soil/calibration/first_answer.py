@@ -10,7 +10,7 @@ import pandas as pd
 from virtual_soil.calibration.checks import reachability_table
 from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.models import space_of
-from virtual_soil.calibration.optimise import calibrate, cases_about, terms
+from virtual_soil.calibration.optimise import LARGE_GRAINS, calibrate, cases_about
 from virtual_soil.calibration.response import Responses
 from virtual_soil.calibration.uncertainty import likelihood_of, posterior_table, sample
 from virtual_soil.calibration.verify import QUESTIONS, conclusion
@@ -26,8 +26,7 @@ def cases_of(soils: pd.DataFrame, cases: list[dict], responses: Responses) -> li
     soil, targets = soils["soil"].iloc[0], set(soils["property"])
     known = {name: response for name, response in responses.items() if name in targets}
     demand(bool(known), f"targets of {soil}", sorted(targets), f"at least one of {', '.join(responses)}")
-    names = terms(known)
-    equal = {"case": soil, "soil": soil, "weights": dict.fromkeys(names, 1.0 / len(names))}
+    equal = {"case": soil, "soil": soil, "weights": dict.fromkeys(known, 1.0)}
     return cases_about(known, [case for case in cases if case["soil"] == soil]) or [equal]
 
 
@@ -111,11 +110,12 @@ def first_answer_text(
         for what, said in (("missed by more than two standard deviations", "missed"), ("extrapolated", "extrapolated")):
             if row[said]:
                 lines.append(f"  {what}: {row[said].replace(',', ', ')}")
+    preference = " and prefers large grains" if (table[f"weight_{LARGE_GRAINS}"] > 0).any() else ""
     held = ", ".join(f"{name} = {value:g}" for name, value in material.items() if name not in design["variables"])
     lines += [
         "",
         f"Held at the reference's values: {held}.",
-        "The optimum minimises the weighted errors and prefers large grains; the interval holds what is consistent with the soil.",
+        f"The optimum minimises the weighted errors{preference}; the interval holds what is consistent with the soil.",
         "An optimum outside its interval, or an interval as wide as the design, says that the tests do not determine it.",
     ]
     return "\n".join(lines) + "\n"

@@ -3,10 +3,10 @@
 GROUPS maps the name of a group to the function that runs it and returns its checks.
 """
 
-from virtual_soil.verification import conservation, energy, friction, invariance, normal_impact, oblique_impact, rest
+from virtual_soil.verification import conservation, energy, friction, invariance, normal_impact, oblique_impact, rest, strength
 from virtual_soil.verification.check import Check, table_of
 
-#: Groups of checks with run times of seconds, in the order of the page.
+#: Groups of checks with run times of seconds to minutes, in the order of the page.
 GROUPS = {
     "normal_impact": normal_impact.checks,
     "oblique_impact": oblique_impact.checks,
@@ -15,6 +15,7 @@ GROUPS = {
     "invariance": invariance.checks,
     "rest": rest.checks,
     "energy": energy.checks,
+    "strength": strength.checks,
 }
 
 __all__ = ["GROUPS", "Check", "table_of"]

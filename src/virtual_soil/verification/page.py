@@ -31,6 +31,9 @@ so that its heaps do not creep; type C holds them by rolling springs.""",
     "energy": """Grains fall into a tube, settle, and the tube rises. `Simulation(energy_ledger=True)` books every step; the
 contact laws are evaluated for it a second time, apart from the fast kernels. "Springs remade" (`dem.ledger`) is energy that the
 tangential law itself gives or takes, because its stiffness changes with the overlap; it does not vanish with the step.""",
+    "strength": """Plane shear (`dem.experiments.plane_shear`): a bed that is periodic in x and y, sheared between glued layers,
+without gravity, until its strength is steady. The published values are of homogeneous shear without walls; those of different
+authors differ by 5 to 10 %. Radii are spread by 10 % beside them, since equal spheres order along floor and lid.""",
     "bulk": """The paper's base set: 3000 grains in a tube that rises at 5 mm/s, and the default campaign's shear box. Unless a row
 says otherwise G = 5e5 Pa and steps of 0.4 T_R. Means over seeds are compared; what should make no difference may differ by three
 standard errors. The figure shows what the protocol does besides: the lift's speed most, the packing some, the tube's friction

@@ -27,6 +27,8 @@ TABLES = {
     "identifiability": "Determined combinations",
     "coverage": "Coverage of the stated regions",
 }
+#: Equivalent sets listed for every case.
+N_SHOWN = 10
 #: Masses of regions in the table of the coverage.
 MASSES = (0.5, 0.9, 0.95)
 
@@ -117,7 +119,8 @@ def identifiability_table(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def equivalents_table(equivalents: pd.DataFrame, responses: Responses) -> pd.DataFrame:
-    """Sets that serve as well as the best, to pick one from, with their predicted responses."""
+    """Sets that serve as well as the best, to pick one from, with their predicted responses; the first of each case."""
+    equivalents = equivalents[equivalents["rank"] <= N_SHOWN]
     return pd.DataFrame(
         {
             "case": equivalents["case"].map(spoken),
@@ -138,7 +141,7 @@ def simulated_table(simulated: pd.DataFrame | None, responses: Responses) -> pd.
         first, by_name = lines.iloc[0], lines.set_index("response")
         where = [number(first[name], variable.digits, variable.scale) for name, variable in VARIABLES.items()]
         found = [with_error(by_name.loc[name, "simulated"], by_name.loc[name, "simulated_se"]) for name in responses]
-        rows.append((spoken(str(case)), rank, *where, *found, verdict(lines, "match")))
+        rows.append((spoken(str(case)), rank, *where, *found, spoken(verdict(lines, "match"))))
     return pd.DataFrame(rows, columns=columns)
 
 

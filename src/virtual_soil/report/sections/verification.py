@@ -83,17 +83,19 @@ def best_table(study: Study) -> pd.DataFrame:
 
 def simulated_points(study: Study) -> pd.DataFrame:
     """Variables of every simulated point of all stages, mean and standard error of each response; point_id is the index."""
-    parts = []
+    parts, places = [], []
     for name, response in study.responses.items():
         table = known_points(study.every, response)
+        table = table[table["purposes"] != "twin"]  # hidden soils
         space, groups = space_of(study.config["design"]), table.groupby("point_id")
         scatter = {
             point: float(scatter_at(response, study.tables[response.table], space, rows.iloc[0])[0]) for point, rows in groups
         }
         errors = pd.Series({point: error_of_mean(response, rows, scatter[point], len(rows)) for point, rows in groups})
         parts.append(pd.DataFrame({name: groups[response.column].mean(), f"{name}_se": errors}))
-    rows = pd.concat([known_points(study.every, response) for response in study.responses.values()], join="inner")
-    return pd.concat([rows.groupby("point_id")[list(VARIABLES)].first(), *parts], axis=1)
+        places.append(groups[list(VARIABLES)].first())
+    where = pd.concat(places)
+    return pd.concat([where[~where.index.duplicated()], *parts], axis=1)
 
 
 def gap_table(rounds: list[pd.DataFrame], verification: pd.DataFrame) -> pd.DataFrame:
