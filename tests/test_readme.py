@@ -19,8 +19,8 @@ PARAMETERS = {
 }
 PROPERTIES = {
     "angle_of_repose": ("angle of repose (°)", 1),
-    "friction_angle": ("friction angle (°)", 1),
-    "cohesion": ("cohesion (Pa)", 0),
+    "steady_friction_angle": ("steady friction angle (°)", 1),
+    "steady_cohesion": ("steady cohesion (Pa)", 0),
 }
 
 

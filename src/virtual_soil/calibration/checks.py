@@ -103,6 +103,8 @@ def reachability_table(responses: Responses, models: dict, space: Space, tables:
     for _, target in soils[soils["property"].isin(responses)].iterrows():
         name = target["property"]
         mean = models[name].predict(space.values(unit))
+        if not responses[name].signed:
+            mean = np.maximum(mean, 0.0)  # a surrogate may go below zero, a soil cannot
         source = tables[responses[name].table]
         simulated = source.loc[source["fidelity"] == "campaign", responses[name].column].dropna()
         nearest = int(np.argmin(np.abs(mean - target["value"])))

@@ -67,6 +67,7 @@ def draw_surface(axes, table: pd.DataFrame, response: Response, surrogate, radiu
     ranges = [surrogate.ranges[name] for name in (static, rolling)]
     s, r = np.meshgrid(*(np.linspace(low, high, SURFACE_POINTS) for low, high in ranges))
     field = surrogate.predict({static: s, rolling: r, "radius_m": np.full_like(s, radius_m)})
+    field = field if response.signed else np.maximum(field, 0.0)
     axes.plot_surface(s, r, field, cmap="viridis", alpha=0.7, linewidth=0)
     axes.scatter(table[static], table[rolling], table[response.column], color="black", s=8, depthshade=False)
     axes.set(xlabel=axis_label(static), ylabel=axis_label(rolling), zlabel=axis_label(response.name))

@@ -137,11 +137,16 @@ def surface_view(kinds: dict[str, dict], radii_m: np.ndarray, points: dict[str, 
     grid = dict(zip(FRICTIONS, np.meshgrid(s, r), strict=True))
     at_radii = [{**grid, "radius_m": np.full_like(grid["static_friction"], radius)} for radius in radii_m]
     fields = {
-        kind: {response: [model.predict(values) for values in at_radii] for response, model in models.items()}
+        kind: {response: [possible(response, model.predict(values)) for values in at_radii] for response, model in models.items()}
         for kind, models in kinds.items()
     }
     simulated = {response: mean_points(table, RESPONSES[response].column) for response, table in points.items()}
     return {"static": s, "rolling": r, "radii_um": 1e6 * radii_m, "fields": fields, "simulated": simulated}
+
+
+def possible(response: str, values: np.ndarray) -> np.ndarray:
+    """Predictions of a response, none below zero where no soil can be."""
+    return values if RESPONSES[response].signed else np.maximum(values, 0.0)
 
 
 def mean_points(table: pd.DataFrame, column: str) -> list[pd.Series]:

@@ -1,8 +1,8 @@
 """Strength: plane shear beside published steady strengths of spheres, and what its result must not depend on.
 
 Published: the ratio of shear to normal stress of slowly and steadily sheared spheres without rolling resistance, in the limit of
-rigid grains and low rates. Those simulations have no walls; ours shear 16 grains between glued layers of equal spheres. Values of
-different authors differ by 5 to 10 %, hence the tolerance. The strength of frictionless beads falls as a power of 0.39 with the rate, so that no
+rigid grains and low rates. Those simulations have no walls; ours shear 16 grains between glued layers. Values of different authors
+differ by 5 to 10 %, hence the tolerance. The strength of frictionless beads falls as a power of 0.39 with the rate, so that no
 affordable test reaches its limit, which is a lower bound.
 
 Independence: rigid grains without adhesion and weight have no scale of force or length, so the ratio depends neither on the stress

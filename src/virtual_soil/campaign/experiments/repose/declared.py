@@ -60,7 +60,7 @@ REDUCED_BY: tuple[str, ...] = ()
 LABORATORY = "repose_csv"
 
 #: Default seeds of each stage.
-SEEDS = {"design": [1, 2], "check": [1], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
+SEEDS = {"design": [1, 2], "check": [1], "refine": [1, 2], "verify": [101, 102, 103, 104, 105, 106, 107, 108, 109, 110]}
 
 #: Status of the simulations that count; the others enter no fit.
 SOUND = ("static", "flat")
