@@ -8,7 +8,8 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from virtual_soil.calibration.errors import CalibrationError
-from virtual_soil.campaign.laboratory import UNITS, read_laboratory
+from virtual_soil.campaign.laboratory.quantities import UNITS
+from virtual_soil.campaign.laboratory.table import read_laboratory
 from virtual_soil.campaign.soils import measure_soil
 
 SHEAR = ("test", "normal_stress", "displacement", "force")
@@ -91,9 +92,12 @@ def test_a_user_names_headers_and_units_of_their_own(tmp_path):
             "cannot separate thousands",
         ),
         (PLAIN.replace("_n\n", "\n"), r"column 'force' has no unit; allowed: n, kn"),
-        (PLAIN.replace("_n\n", " [lb]\n"), r"column 'force \[lb\]' has the unit 'lb'; allowed: n, kn"),
+        (PLAIN.replace("_n\n", " [lx]\n"), r"column 'force \[lx\]' has the unit 'lx'; allowed: n, kn"),
         (PLAIN.replace("normal_stress_pa", "normal stress [mPa]"), "has the unit 'mPa'"),
-        (PLAIN.replace("test", "Force (N)"), r"line 1: 'Force \(N\)' and 'force_n' are both read as force"),
+        (
+            PLAIN.replace("test", "Force (N)"),
+            r"line 1: 'Force \(N\)' \(column 1\) and 'force_n' \(column 4\) are both read as force",
+        ),
         (
             PLAIN.replace("force_n", "load_n"),
             r"no line is a header with a column for force \(nearest to it: line 1\); allowed: .*shear",

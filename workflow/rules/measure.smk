@@ -4,7 +4,8 @@
 rule measure_soils:
     input:
         soils=soil_files(config),
-        raw=raw_files(soil_files(config)),
+        # a function: its paths may have braces
+        raw=lambda wildcards: raw_files(soil_files(config)),
         tables=(
             [f"{RESULTS}/{name}.parquet" for name in MEASURED]
             if config["twins"]

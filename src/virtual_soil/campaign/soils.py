@@ -18,7 +18,7 @@ from virtual_soil.calibration.response import Response
 from virtual_soil.campaign import yamls
 from virtual_soil.campaign.experiments import module_of
 from virtual_soil.campaign.experiments.registry import EXPERIMENTS, RESPONSES
-from virtual_soil.campaign.laboratory import is_number, laboratory_path
+from virtual_soil.campaign.laboratory.entry import is_number, laboratory_paths
 
 #: Entry of a soil file -> the experiment whose laboratory module reads it.
 FILES = {experiment.LABORATORY: experiment.NAME for experiment in EXPERIMENTS if experiment.LABORATORY}
@@ -133,4 +133,6 @@ def laboratory_files(path: str | Path) -> list[Path]:
     """Return the laboratory files named in a soil file. Raises CalibrationError for a soil file that cannot be read."""
     path = Path(path)
     content = soil_content(path)
-    return [laboratory_path(path, entry, content[entry], reader(entry).KEYS) for entry in FILES if entry in content]
+    return [
+        file for entry in FILES if entry in content for file in laboratory_paths(path, entry, content[entry], reader(entry).KEYS)
+    ]

@@ -1,0 +1,122 @@
+"""Shear curves of a laboratory: which readings are shearing, and the zero and the sign of the force.
+
+A logger records more than the test: the load that is put on, pauses, the way back, the unloading. What counts is the first pass
+forward: from the last reading before the displacement grows to its largest value. Machines that pull, and force gauges that do not
+begin at zero, are recognised by what all tests of a file have in common, and said to be corrected.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+#: Displacement that is no shearing yet, over the largest; way back, over the largest, that ends a pass.
+START, BACK = 5e-3, 2e-2
+#: A force at the beginning below this fraction of the largest is zero.
+ZERO = 0.01
+#: First readings that agree within this factor, under loads that differ by more, are those of a gauge that was not set to zero.
+ALIKE = 1.5
+#: A single reading is a spike if it exceeds both neighbours by this fraction of the larger and they agree within the second.
+SPIKE, NEIGHBOURS = 0.3, 0.1
+#: Stresses closer than this fraction are one nominal stress.
+NOMINAL = 0.02
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A test's forward pass, (n,) each: displacement in m, shear force in N or stress in Pa, normal stress in Pa."""
+
+    label: str
+    displacement_m: np.ndarray
+    shear: np.ndarray
+    normal_stress_pa: np.ndarray
+
+
+def curves_of(table: pd.DataFrame, shear: str) -> tuple[list[Curve], list[str]]:
+    """Forward passes of all tests, and what was corrected or left out, in words.
+
+    table : columns test, displacement_m, normal_stress_pa and `shear`, force or stress, in the order of the file.
+    """
+    passes, n_left, n_spikes, n_passes = [], 0, 0, 0
+    for label, test in table.groupby("test", sort=False):
+        x, y, p = (test[name].to_numpy(dtype=float) for name in ("displacement_m", shear, "normal_stress_pa"))
+        x = forwards(x)
+        first, last = forward_pass(x)
+        n_left += len(x) - (last - first)
+        n_passes += int(x[last:].size > 0 and x[last:].min() < x[last - 1] - BACK * np.ptp(x))
+        x, y, p = (values[first:last] for values in (x, y, p))
+        whole = ~spikes(y)
+        n_spikes += int((~whole).sum())
+        passes.append(Curve(str(label), x[whole], y[whole], p[whole]))
+    passes, corrected = with_zero_and_sign(passes)
+    remarks = [
+        *corrected,
+        *([f"{n_left} readings before or after the shearing left out"] if n_left else []),
+        *([f"first pass forward of {n_passes} tests that go back"] if n_passes else []),
+        *([f"{n_spikes} single readings far above their neighbours left out"] if n_spikes else []),
+    ]
+    return passes, remarks
+
+
+def forwards(x: np.ndarray) -> np.ndarray:
+    """Displacement from its first reading, positive in the direction in which the test goes farthest."""
+    way = x - x[0]
+    return -way if -way.min() > way.max() else way
+
+
+def forward_pass(x: np.ndarray) -> tuple[int, int]:
+    """First and last reading (exclusive) of the first pass forward; all readings if the displacement does not grow."""
+    span = float(x.max())
+    if span <= 0.0:
+        return 0, len(x)
+    moving = np.flatnonzero(x > START * span)
+    first = max(int(moving[0]) - 1, 0)
+    highest = np.maximum.accumulate(x)
+    back = np.flatnonzero((x < highest - BACK * span) & (np.arange(len(x)) > first))
+    end = int(back[0]) if len(back) else len(x)
+    last = first + int(np.argmax(x[first:end])) + 1
+    return first, max(last, first + 2) if len(x) > first + 1 else len(x)
+
+
+def spikes(y: np.ndarray) -> np.ndarray:
+    """Mask (n,) of single readings far above both neighbours, which agree: no soil does that within one reading."""
+    mask = np.zeros(len(y), bool)
+    if len(y) < 5:
+        return mask
+    size = np.abs(y)
+    before, here, after = size[:-2], size[1:-1], size[2:]
+    larger = np.maximum(before, after)
+    mask[1:-1] = (here > (1.0 + SPIKE) * larger) & (np.abs(before - after) <= NEIGHBOURS * larger)
+    return mask
+
+
+def with_zero_and_sign(curves: list[Curve]) -> tuple[list[Curve], list[str]]:
+    """The curves with the gauge's zero and sign corrected where all of them agree on it, and these corrections in words."""
+    remarks = []
+    offsets = np.array([curve.shear[0] for curve in curves])
+    spans = np.array([np.abs(curve.shear - curve.shear[0]).max() for curve in curves])
+    if is_zero_error(offsets, spans):
+        curves = [Curve(c.label, c.displacement_m, c.shear - c.shear[0], c.normal_stress_pa) for c in curves]
+        remarks.append("the force at the first reading taken as zero")
+    largest = [curve.shear[np.argmax(np.abs(curve.shear))] for curve in curves]
+    if all(value < 0.0 for value in largest):
+        curves = [Curve(c.label, c.displacement_m, -c.shear, c.normal_stress_pa) for c in curves]
+        remarks.append("forces are negative throughout: their sign reversed")
+    return curves, remarks
+
+
+def is_zero_error(offsets: np.ndarray, spans: np.ndarray) -> bool:
+    """True if the first readings of all tests are alike and not zero, while the tests differ: the gauge was not set to zero.
+
+    Curves that begin with the strength itself (no reading before the shearing) grow with their load, and keep their values.
+    """
+    if len(offsets) < 2 or not (np.abs(offsets) > ZERO * spans).any() or (spans <= 0.0).any():
+        return False
+    alike = (np.sign(offsets) == np.sign(offsets[0])).all() and np.abs(offsets).max() <= ALIKE * np.abs(offsets).min()
+    return bool(alike and spans.max() > ALIKE * spans.min())
+
+
+def nominal(stresses: np.ndarray) -> int:
+    """Number of nominal stresses among measured ones (n,): those closer than NOMINAL are one."""
+    ordered = np.sort(np.asarray(stresses, float))
+    return 1 + int((np.diff(ordered) > NOMINAL * np.abs(ordered[1:])).sum())
