@@ -132,6 +132,8 @@ def test_a_study_shows_the_figures_of_its_own_experiments():
     box = figure_names(config | {"experiments": ["repose", "shear"]})
     assert "plane_shear_curves" not in box
     assert {"shear_curves", "cohesion", "lift"} <= set(box)
+    assert "laboratory" not in box
+    assert "laboratory" in figure_names(config, laboratory=True)
     planar = figure_names(config | {"experiments": ["repose", "plane_shear"]})
     assert not {"shear_curves", "cohesion"} & set(planar)
     assert {"plane_shear_curves", "steady_friction_angle", "lift"} <= set(planar)

@@ -8,6 +8,7 @@ from virtual_soil.report.contents import (
     marked,
 )
 from virtual_soil.report.experiments import repose as recorded
+from virtual_soil.report.inputs import laboratory_of
 
 REPORTED = [
     *("soil", "design", *MEASURED, "screening", "acceleration"),
@@ -19,6 +20,10 @@ REPORTED = [
 
 # Design row and settings of the simulation whose lift is recorded, if the study has heaps.
 LIFT = base_settings(recorded.NAME) if recorded.NAME in TESTS else ({}, {})
+
+
+# Figures of the study.
+SHOWN = figure_names(config, bool(laboratory_of(soil_files(config))))
 
 
 rule record_lift:
@@ -50,6 +55,9 @@ rule report:
             for stage in LATER_STAGES
             for name in MEASURED
         ],
+        soils=soil_files(config),
+        # a function: its paths may have braces
+        raw=lambda wildcards: raw_files(soil_files(config)),
         before=simulated_in_all("before.parquet"),
         after=simulated_in_all("after.parquet"),
         histories=simulated_in_all("history.parquet"),
@@ -63,15 +71,14 @@ rule report:
         page=[f"src/virtual_soil/report/{name}" for name in PAGE],
         captions=[
             f"src/virtual_soil/report/captions/{name}.rst"
-            for name in (*figure_names(config), *TABLES)
+            for name in (*SHOWN, *TABLES)
         ],
     output:
         html=marked(f"{RESULTS}/report.html", ANSWER, "The whole report"),
         figures=[
-            marked(f"{RESULTS}/figures/{name}.svg", *FIGURES[name])
-            for name in figure_names(config)
+            marked(f"{RESULTS}/figures/{name}.svg", *FIGURES[name]) for name in SHOWN
         ],
-        data=[f"{RESULTS}/figures/{name}.csv" for name in figure_names(config)],
+        data=[f"{RESULTS}/figures/{name}.csv" for name in SHOWN],
         tables=[
             marked(f"{RESULTS}/tables/{name}.csv", *entry)
             for name, entry in TABLES.items()

@@ -19,10 +19,11 @@ TABLES = {name: (section.TITLE, title) for section in SECTIONS for name, title i
 PAGE = ("template.html.j2", "report.css", "views.js", *(f"sections/{section.NAME}.html.j2" for section in SECTIONS))
 
 
-def figure_names(config: dict) -> list[str]:
-    """The figures of a study: not those of experiments that it does not have."""
+def figure_names(config: dict, laboratory: bool = False) -> list[str]:
+    """The figures of a study: not those of experiments that it does not have; laboratory : True if its soils have curves."""
     others = [experiment for experiment in EXPERIMENTS if experiment.NAME not in config["experiments"]]
     absent = {name for experiment in others for name in (*experiment.FIGURES, *experiment.RESPONSES)}
+    absent |= set() if laboratory else {"laboratory"}
     return [
         name for name, entry in ENTRIES.items() if name not in absent and (has_friction_grid(config) or not entry.friction_grid)
     ]

@@ -1,12 +1,13 @@
 """The finished study that the report is about, and how sections find the points in it that they show."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import pandas as pd
 
 from virtual_soil.calibration.response import Response, Responses
 from virtual_soil.campaign.experiments.registry import responses_of
+from virtual_soil.campaign.experiments.shear.laboratory import ShearTests
 from virtual_soil.campaign.study import as_printed
 
 #: Columns of a table of grains.
@@ -19,7 +20,7 @@ class Study:
 
     tables: the campaign's tables by name. every: the experiments' tables of campaign, refinement and verification together.
     states: simulation -> grains before and after. histories: simulation -> its curve. frames: grains during the recorded lift, if
-    the study has heaps.
+    the study has heaps. laboratory: soil -> its laboratory's shear tests, of soils whose curves were read.
     """
 
     config: dict
@@ -33,6 +34,7 @@ class Study:
     histories: dict[str, pd.DataFrame]
     frames: pd.DataFrame | None
     engine: str
+    laboratory: dict[str, ShearTests] = field(default_factory=dict)
 
     @property
     def as_printed(self) -> list[str]:

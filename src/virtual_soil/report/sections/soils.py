@@ -7,19 +7,24 @@ import pandas as pd
 
 from virtual_soil.report import experiments
 from virtual_soil.report.items import Entry, Item
+from virtual_soil.report.laboratory import draw_tests
 from virtual_soil.report.quantities import symbol
 from virtual_soil.report.study import Study
 from virtual_soil.report.text import number, spoken, with_error
 
 NAME, TITLE, HEADING = "soils", "1. Real soils", "1. The real soils"
 LINKS = {"soils": "1. Soils"}
-FIGURES: dict[str, Entry] = {}
+FIGURES = {"laboratory": Entry("Shear tests of the laboratory, and the readings that count")}
 TABLES = {"soils": "Table 1: targets", "reachability": "Targets within reach"}
 
 
-def figures(_study: Study) -> dict[str, Item]:
-    """No figures."""
-    return {}
+def figures(study: Study) -> dict[str, Item]:
+    """The laboratory's shear tests, if soils have any."""
+    if not study.laboratory:
+        return {}
+    readings = [tests.readings.assign(soil=soil) for soil, tests in study.laboratory.items()]
+    alt = f"Shear stress over displacement of the laboratory's tests of {', '.join(study.laboratory)}, and their strength lines"
+    return {"laboratory": Item(draw_tests(study.laboratory), pd.concat(readings), alt)}
 
 
 def tables(study: Study) -> dict[str, pd.DataFrame]:

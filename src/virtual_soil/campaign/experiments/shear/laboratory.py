@@ -1,5 +1,6 @@
 """Laboratory direct-shear tests: files of force or shear stress against displacement at several loads, or of strengths."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
 
@@ -30,42 +31,68 @@ LOAD = ("normal_stress", "normal_force")
 ENTRY = "direct_shear_csv"
 
 
+@dataclass(frozen=True)
+class ShearTests:
+    """A laboratory's shear tests as they were understood.
+
+    readings : all readings in SI units, with columns test, displacement_m, shear_stress_pa and normal_stress_pa; empty if the file
+    states strengths without curves. curves : what counts of each test. points : label -> normal stress and strength in Pa.
+    line : through the points. method : what was done, in words.
+    """
+
+    kind: str
+    readings: pd.DataFrame
+    curves: list[Curve]
+    points: dict[str, tuple[float, float]]
+    line: StrengthLine
+    method: str
+
+
 def read(soil: Path, entry) -> list[dict]:
     """Read shear tests at several loads and determine cohesion and friction angle of the strength asked for.
 
     They are targets of the experiments that measure the same strength: peak and steady of the plane shear test, peak and plateau of
     the shear box.
     """
+    tests = understood(soil, entry)
+    names = [path.name for path in laboratory_paths(soil, ENTRY, entry, KEYS)]
+    shared = {"source": entry.get("source", ", ".join(names)), "method": tests.method, "strength": tests.kind}
+    values = {
+        "cohesion": (tests.line.cohesion_pa, tests.line.cohesion_se_pa),
+        "friction_angle": (tests.line.friction_angle_deg, tests.line.friction_angle_se_deg),
+    }
+    return [
+        {"property": f"{prefix}{name}", "value": value, "standard_uncertainty": error, **shared}
+        for prefix in STRENGTHS[tests.kind]
+        for name, (value, error) in values.items()
+    ]
+
+
+def understood(soil: Path, entry) -> ShearTests:
+    """Read the shear tests of an entry; raises CalibrationError naming what is wrong."""
     paths = laboratory_paths(soil, ENTRY, entry, KEYS)
     kind = entry.get("strength", "peak")
     demand(kind in STRENGTHS, f"{soil}: {ENTRY}.strength", repr(kind), " or ".join(STRENGTHS))
     area, box = area_of(soil, entry), paths[0] if len(paths) == 1 else soil
+    table = pd.DataFrame()
+    curves: list[Curve] = []
     try:
         found = [readings(soil, ENTRY, entry, path, CURVE, BESIDE) for path in paths]
     except NoHeader as error:
         points, method = strengths_of(soil, entry, paths, kind, area, error)
     else:
-        points, method = points_of(box, found, kind, area, soil)
+        table = tests_of(box, found, area, soil)
+        curves, remarks = curves_of(table, "shear_stress_pa")
+        points, method = points_of(box, curves, kind)
+        rest = dict.fromkeys(text for one in found for text in left_out(one).split(", ") if text)
+        method += "".join(f", {text}" for text in (*rest, *remarks))
     for label, point in points.items():
         for what, value in (("normal stress", point[0]), (f"{kind} shear strength", point[1])):
             least, largest = STRESSES_PA
             where, allowed = f"{box}: {what} of test {label!r}", f"{least:g} to {largest:g} Pa; see units and signs"
             demand(least <= value <= largest, where, f"{value:g} Pa", allowed)
     line = strength_line(box, *np.array(list(points.values())).T)
-    shared = {
-        "source": entry.get("source", ", ".join(path.name for path in paths)),
-        "method": f"direct shear, {len(points)} tests, {kind}{method}",
-        "strength": kind,
-    }
-    values = {
-        "cohesion": (line.cohesion_pa, line.cohesion_se_pa),
-        "friction_angle": (line.friction_angle_deg, line.friction_angle_se_deg),
-    }
-    return [
-        {"property": f"{prefix}{name}", "value": value, "standard_uncertainty": error, **shared}
-        for prefix in STRENGTHS[kind]
-        for name, (value, error) in values.items()
-    ]
+    return ShearTests(kind, table, curves, points, line, f"direct shear, {len(points)} tests, {kind}{method}")
 
 
 def area_of(soil: Path, entry) -> float | None:
@@ -90,10 +117,8 @@ def over_area(soil: Path, values: pd.Series, area_m2: float | None) -> pd.Series
     return values / cast(float, area_m2)
 
 
-def points_of(
-    box: Path, found: list[Readings], kind: str, area_m2: float | None, soil: Path
-) -> tuple[dict[str, tuple[float, float]], str]:
-    """Normal stress and strength in Pa of every test, by its label, and what the method says of the reading."""
+def tests_of(box: Path, found: list[Readings], area_m2: float | None, soil: Path) -> pd.DataFrame:
+    """Readings of all files as one table, with a label for every test, and stresses in place of forces."""
     parts = []
     for k, one in enumerate(found):
         table = one.table.copy()
@@ -111,15 +136,17 @@ def points_of(
         table["shear_stress_pa"] = over_area(soil, table["force_n"], area_m2)
     for column in ("normal_stress_pa", "shear_stress_pa"):
         demand(bool(table[column].notna().all()), f"{box}: {column}", "missing in some tests", "a value for every test")
-    curves, remarks = curves_of(table, "shear_stress_pa")
+    return table
+
+
+def points_of(box: Path, curves: list[Curve], kind: str) -> tuple[dict[str, tuple[float, float]], str]:
+    """Normal stress and strength in Pa of every test, by its label, and how many still change, in words."""
     points, n_drifting = {}, 0
     for curve in curves:
         with np.errstate(over="ignore"):
             points[curve.label], drifting = strength_of(box, kind, curve)
         n_drifting += drifting
-    drift = f"; in {n_drifting} of them it still changes at the end" if n_drifting else ""
-    rest = dict.fromkeys(text for one in found for text in left_out(one).split(", ") if text)
-    return points, drift + "".join(f", {text}" for text in (*rest, *remarks))
+    return points, f"; in {n_drifting} of them it still changes at the end" if n_drifting else ""
 
 
 def strengths_of(soil: Path, entry, paths: list[Path], kind: str, area_m2: float | None, curve_error: NoHeader):
