@@ -9,7 +9,7 @@ from virtual_soil.calibration.models import from_json
 from virtual_soil.calibration.verify import compared, summary
 from virtual_soil.campaign.experiments.registry import responses_of
 
-RESPONSES = responses_of(("repose", "shear"))
+RESPONSES = responses_of(("repose", "plane_shear"))
 MODELS = from_json((Path(__file__).parents[2] / "docs/reference/surrogates.json").read_text(encoding="utf-8"), "gaussian_process")
 #: Scatter of one seed: a heap's (docs/reference), the friction angle of four plane shear tests (docs/precision.md), and of the box.
 HEAP_DEG, PLANE_DEG, BOX_DEG = 1.1, 0.5, 6.0
@@ -20,7 +20,7 @@ def found_out(at, angle_sd_deg, n_seeds):
     """Share of the tries in which simulations of a soil with a tenth more rolling friction miss the targets of the right one."""
     random, planted = np.random.default_rng(7), {**at, "rolling_friction": 1.1 * at["rolling_friction"]}
     hits = np.zeros(TRIES, bool)
-    for name, sd in (("angle_of_repose", HEAP_DEG), ("friction_angle", angle_sd_deg)):
+    for name, sd in (("angle_of_repose", HEAP_DEG), ("steady_friction_angle", angle_sd_deg)):
         response, target = RESPONSES[name], (float(MODELS[name].predict(at)), 0.0)
         limits = {"difference_of_consequence": response.of_consequence, "standard_error": response.decisive_error}
         values = float(MODELS[name].predict(planted)) + sd * random.standard_normal((TRIES, n_seeds))
@@ -45,7 +45,7 @@ def test_with_the_box_it_often_is_not():
 @pytest.mark.parametrize("n_seeds", [5, 10])
 def test_the_right_soil_is_seldom_called_wrong(n_seeds):
     random = np.random.default_rng(8)
-    for response, sd in ((RESPONSES["angle_of_repose"], HEAP_DEG), (RESPONSES["friction_angle"], PLANE_DEG)):
+    for response, sd in ((RESPONSES["angle_of_repose"], HEAP_DEG), (RESPONSES["steady_friction_angle"], PLANE_DEG)):
         limits = {"difference_of_consequence": response.of_consequence, "standard_error": response.decisive_error}
         values = 30.0 + sd * random.standard_normal((2000, n_seeds))
         wrong = [compared((30.0, 0.0), (30.0, 0.0), summary(seeds, np.nan), limits)["match"] == "misses" for seeds in values]

@@ -14,7 +14,7 @@ from virtual_soil.campaign.cost import expected_s, memory_mb, runtime_min
 from virtual_soil.campaign.experiments.common import engine_of, soil_of, time_step_s
 from virtual_soil.campaign.experiments.registry import BY_NAME
 from virtual_soil.campaign.experiments.shear import declared
-from virtual_soil.campaign.study import experiment_settings, plain_rows
+from virtual_soil.campaign.study import design_rows, experiment_settings, plain_rows
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "docs" / "reference"
@@ -28,10 +28,10 @@ def study(name):
 
 
 def recorded(experiment):
-    """Design rows with what their simulations took, of the campaign at the paper's fidelity, and their settings."""
+    """Design rows with what their simulations took, of the reference campaign, and their settings."""
     rows = plain_rows(pd.read_parquet(REFERENCE / f"{experiment}.parquet"))
     rows = [row for row in rows if row["status"] != "failed"]
-    config = study("paper")
+    config = study("reference")
     return rows, [experiment_settings(config, row) for row in rows]
 
 
@@ -56,9 +56,8 @@ def test_grains_of_a_heap_are_the_engines(sd_ratio):
 
 @pytest.mark.parametrize("number", [None, 5000.0])
 def test_grains_and_sheared_steps_are_the_engines_in_a_box(number, monkeypatch):
-    row, _ = first("shear")
-    row |= {"radius_sd_ratio": 0.2}
     config = study("paper")
+    row = next(row for row in design_rows(config) if row["experiment"] == "shear") | {"radius_sd_ratio": 0.2}
     config["fidelity"]["campaign"]["shear_stiffness_number"] = number
     settings = experiment_settings(config, row)
     soil, setup = soil_of(row), direct_shear.Setup(**settings["setup"])
@@ -72,7 +71,7 @@ def test_grains_and_sheared_steps_are_the_engines_in_a_box(number, monkeypatch):
     assert 0 <= sheared - steps <= direct_shear.N_SAMPLES
 
 
-@pytest.mark.parametrize("experiment", ["repose", "shear"])
+@pytest.mark.parametrize("experiment", ["repose", "plane_shear"])
 def test_what_simulations_took_was_expected_within_the_headroom(experiment):
     rows, settings = recorded(experiment)
     expected = np.array([grains_and_steps(*pair)[1] for pair in zip(rows, settings, strict=True)])
@@ -81,7 +80,7 @@ def test_what_simulations_took_was_expected_within_the_headroom(experiment):
     assert ratio.min() > 1.0 / cost.HEADROOM
 
 
-@pytest.mark.parametrize("experiment", ["repose", "shear"])
+@pytest.mark.parametrize("experiment", ["repose", "plane_shear"])
 def test_an_attempt_gets_more_than_the_one_before(experiment):
     row, settings = first(experiment)
     minutes = [runtime_min([(row, settings)], attempt) for attempt in (1, 2, 3)]

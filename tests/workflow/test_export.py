@@ -9,13 +9,14 @@ import pytest
 import yaml
 
 import export
+from virtual_soil.campaign.experiments.registry import responses_of
 from virtual_soil.exports import PROGRAMS, check_card
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "docs" / "reference"
 
 
-@pytest.mark.parametrize("case", ["sand", "regolith", "regolith_low_repose_weight"])
+@pytest.mark.parametrize("case", ["sand", "regolith"])
 def test_a_case_gets_its_card_and_input_for_every_program(tmp_path, case):
     files = SimpleNamespace(
         calibration=str(REFERENCE / "calibration.parquet"), verification=str(REFERENCE / "verification.parquet")
@@ -31,4 +32,4 @@ def test_a_case_gets_its_card_and_input_for_every_program(tmp_path, case):
         assert card["parameters"][name]["value"] == optimum[name]
         assert card["parameters"][name]["low_95"] == optimum[f"{name}_low_95"]
     assert [card["verification"][name] for name in ("prediction", "match")] == [optimum["prediction"], optimum["match"]]
-    assert [row["response"] for row in card["verification"]["simulations"]] == ["cohesion", "friction_angle", "angle_of_repose"]
+    assert [row["response"] for row in card["verification"]["simulations"]] == list(responses_of(config["experiments"]))

@@ -172,6 +172,20 @@ def test_the_geometry_is_of_the_simulations_identity():
     assert identities(config) != identities(fixed)
 
 
+@pytest.mark.parametrize(
+    ("text", "written"), [("50e3", "50000 or 50.0e+3"), ("1.5e-3", None), ("1e-4", "0.0001 or 1.0e-4"), ("2.E5", "200000 or 2.e+5")]
+)
+def test_a_number_that_yaml_takes_for_a_text_is_refused_with_how_to_write_it(text, written):
+    config = settings.defaults(Study)
+    config["plane_shear"]["normal_stresses_pa"] = [yaml.safe_load(text), 1e5, 2e5]
+    if written is None:
+        assert yaml.safe_load(text) == 1.5e-3
+        return
+    with pytest.raises(StudyError, match=re.escape(f"is not of type 'number' (YAML reads this as a text; write {written}).")):
+        check_config(config)
+    assert yaml.safe_load(written.split(" or ")[1]) == float(text)
+
+
 @pytest.mark.parametrize("text", ["study: a\nstudy: b\n", "material:\n  radius_m: 1\n  radius_m: 2\n"])
 def test_a_key_that_is_given_twice_is_refused(text, tmp_path):
     path = tmp_path / "study.yaml"

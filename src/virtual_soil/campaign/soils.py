@@ -100,7 +100,7 @@ def from_value(path: Path, response: Response, entry) -> dict:
     demand(isinstance(entry, dict) and set(entry) <= allowed, f"{path}: {key}", entry, f"a mapping with keys of {sorted(allowed)}")
     for required in ("value", "source"):
         demand(required in entry, f"{path}: {key}.{required}", "missing", "a value with its source")
-    demand(is_number(entry["value"]), f"{path}: {key}.value", repr(entry["value"]), "a number")
+    demand(is_number(entry["value"]), f"{path}: {key}.value", repr(entry["value"]), f"a number{yamls.hint(entry['value'])}")
     demand(isinstance(entry["source"], str), f"{path}: {key}.source", repr(entry["source"]), "a text")
     uncertainty = entry.get("standard_uncertainty")
     ok = uncertainty is None or is_number(uncertainty)

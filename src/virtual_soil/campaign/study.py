@@ -173,7 +173,7 @@ def describe(error: jsonschema.ValidationError) -> str:
     if error.validator == "required":
         return f"{key}: {error.message}."
     meaning = error.schema.get("description", "")
-    return f"{key}: {shortened(error.message)}." + (f" It means: {meaning}" if meaning else "")
+    return f"{key}: {shortened(error.message)}{yamls.hint(error.instance)}." + (f" It means: {meaning}" if meaning else "")
 
 
 def design_rows(config: dict) -> list[dict]:

@@ -1,5 +1,6 @@
 """Safe YAML loader: no objects, and duplicate keys are refused (YAML would silently use the last)."""
 
+import re
 from pathlib import Path
 
 import yaml
@@ -29,3 +30,15 @@ def load(text: str):
 def load_file(path: str | Path):
     """Read a YAML file; raises OSError, ValueError or yaml.YAMLError."""
     return load(Path(path).read_text(encoding="utf-8"))
+
+
+def hint(value) -> str:
+    """How to write a number that YAML has read as a text, to be added to a message; empty for any other value.
+
+    YAML takes an exponent for a number only with a decimal point before it and a sign after the e: 4.0e+5.
+    """
+    if not isinstance(value, str) or not re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)[eE][+-]?\d{1,3}", value.strip()):
+        return ""
+    mantissa, exponent = value.strip().lower().split("e")
+    written = f"{mantissa if '.' in mantissa else f'{mantissa}.0'}e{int(exponent):+d}"
+    return f" (YAML reads this as a text; write {float(value):.12g} or {written})"
