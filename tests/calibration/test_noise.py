@@ -73,3 +73,13 @@ def test_without_bounds_nothing_is_censored():
     table = heaps(1e-4, 0.5).drop(columns="angle_bound_deg")
     assert censoring(ANGLE, table) == 0.0
     assert scatter_at(ANGLE, table, SPACE, at(1e-4))[0] < 1.0
+
+
+def test_where_all_repeats_are_flat_the_scatter_is_what_their_bound_leaves_open():
+    flat = heaps(1e-3, 0.0, n_points=1, n_seeds=2, point_id="flat", angle_deg=3.0, angle_bound_deg=6.0)
+    table = pd.concat([heaps(1e-4, 0.5, n_seeds=1), flat])
+    assert known_scatter(ANGLE, table) == pytest.approx(6.0 / np.sqrt(12.0))
+    assert scatter_at(ANGLE, table, SPACE, at(1e-4))[0] == pytest.approx(6.0 / np.sqrt(12.0))
+    assert np.isnan(known_scatter(ANGLE, heaps(1e-4, 0.5, n_seeds=1)))
+    mixed = pd.concat([flat.iloc[:1], heaps(1e-3, 0.0, n_points=1, n_seeds=1, point_id="flat", angle_deg=13.0)])
+    assert known_scatter(ANGLE, mixed) == pytest.approx(10.0 / np.sqrt(2.0))

@@ -40,7 +40,7 @@ STUDY = {
     "soils": ["own"],
     "design": {
         "grid": {"static_friction": [0.2, 0.5, 0.9], "rolling_friction": [0.05, 0.1, 0.2]},
-        "sweep": {"radius_m": [25e-6, 50e-6, 100e-6, 200e-6]},
+        "variables": ["static_friction", "rolling_friction"],  # the radius is fixed
         "sweep_couples": [{"static_friction": 0.5, "rolling_friction": 0.1}],
         **{f"{name}_seeds": [1, 2] if name == "density" else [1] for name in TESTS},
     },

@@ -57,6 +57,8 @@ def test_the_suggested_lines_are_valid_and_change_nothing_as_they_stand(project)
     update_config(config, own)
     check_config(config)
     assert {"material", "engine", "design", "refine"} <= set(own)
+    assert config["design"].pop("variables") == ["static_friction", "rolling_friction"]  # a new study fixes the radius
+    del default["design"]["variables"]
     own_keys = ("study", "experiments", "soils", "optimise")
     assert {key: config[key] for key in config if key not in own_keys} == {
         key: default[key] for key in default if key not in own_keys

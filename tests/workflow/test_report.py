@@ -13,7 +13,7 @@ from virtual_soil.campaign.settings import defaults
 from virtual_soil.campaign.study import as_printed
 from virtual_soil.report.contents import FIGURES, TABLES, figure_names
 from virtual_soil.report.experiments import DECLARED, EXPERIMENTS, measured
-from virtual_soil.report.quantities import VARIABLES
+from virtual_soil.report.quantities import VARIABLES, value_with_interval
 from virtual_soil.report.sections import SECTIONS, soils
 from virtual_soil.report.sections.answer import answer_card, answer_remarks, next_step, undetermined
 from virtual_soil.report.sections.soils import reach_remarks
@@ -83,6 +83,12 @@ def test_every_reason_for_doubt_is_named():
     assert "Parameters can be traded" in remark(determined=False)
 
 
+def test_a_fixed_radius_is_said_to_be():
+    row = {"radius_m": 1e-3, "radius_m_low_95": 1e-3, "radius_m_high_95": 1e-3}
+    assert value_with_interval(row, "radius_m") == ("1000", "fixed")
+    assert value_with_interval(row | {"radius_m_high_95": 2e-3}, "radius_m") == ("1000", "1000 to 2000")
+
+
 CARD = {
     "case": "sand", "match": "matches", "prediction": "confirmed", "n_spoiled": 0, "max_overlap_ratio": 0.03,
     **{f"{name}{end}": 0.5 for name in VARIABLES for end in ("", "_low_95", "_high_95")},
@@ -134,6 +140,9 @@ def test_a_study_shows_the_figures_of_its_own_experiments():
     assert {"shear_curves", "cohesion", "lift"} <= set(box)
     assert "laboratory" not in box
     assert "laboratory" in figure_names(config, laboratory=True)
+    assert "radius_sweep" in box
+    fixed = config | {"design": config["design"] | {"variables": ["static_friction", "rolling_friction"]}}
+    assert "radius_sweep" not in figure_names(fixed)
     planar = figure_names(config | {"experiments": ["repose", "plane_shear"]})
     assert not {"shear_curves", "cohesion"} & set(planar)
     assert {"plane_shear_curves", "steady_friction_angle", "lift"} <= set(planar)

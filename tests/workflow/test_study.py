@@ -5,10 +5,19 @@ from contextlib import nullcontext
 import pytest
 import yaml
 
+from virtual_soil.calibration.models import space_of
 from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.sections import Study
 from virtual_soil.campaign.settings import defaults
-from virtual_soil.campaign.study import StudyError, check_soils, design_rows, experiment_settings, simulations
+from virtual_soil.campaign.study import (
+    StudyError,
+    check_soils,
+    design_rows,
+    experiment_settings,
+    fitting_twins,
+    simulations,
+    with_fixed,
+)
 
 
 def planned(experiment, **changes):
@@ -104,22 +113,49 @@ def test_a_lid_too_light_for_the_soil_under_it_is_refused_with_the_stress_that_w
     assert planned("shear", **{"shear.normal_stresses_pa": [125.0, 250.0, 500.0], "engine.gravity_m_s2": 1.62})
 
 
-@pytest.mark.parametrize("gone", ["static_friction", "rolling_friction", "radius_m"])
-def test_tables_and_figures_need_frictions_and_radius(gone):
+def test_twins_of_another_design_that_no_case_names_are_left_out_and_said_to_be():
+    config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    place = {"radius_m": 1e-4, "static_friction": 0.5, "rolling_friction": 0.1, "repose_seeds": [9]}
+    config["twins"] = {"fits": {**place, "plane_shear_seeds": [9]}, "other": {**place, "shear_seeds": [9]}, "asked": place}
+    config["optimise"]["cases"] = [{"case": "a", "soil": "asked", "weights": {"angle_of_repose": 1.0}}]
+    kept, lines = fitting_twins(config)
+    assert set(kept) == {"fits", "asked"}
+    assert lines == ["twins.other is left out: no case names it, and it is of another design."]
+
+
+@pytest.mark.parametrize("gone", ["static_friction", "rolling_friction"])
+def test_tables_and_figures_need_frictions(gone):
     config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
     design = config["design"]
-    part = design["sweep"] if gone == "radius_m" else design["grid"]
-    part["density_kg_m3"] = [2000.0, 2500.0, 3000.0]
+    design["grid"]["density_kg_m3"] = [2000.0, 2500.0, 3000.0]
     design["variables"] = [*design["variables"], "density_kg_m3"]
-    design["sweep_couples"] = [
-        {**couple, "density_kg_m3": 2500.0} if part is design["grid"] else couple for couple in design["sweep_couples"]
-    ]
+    design["sweep_couples"] = [{**couple, "density_kg_m3": 2500.0} for couple in design["sweep_couples"]]
     config["fidelity"]["check"]["couples"] = []
     design_rows(config)
-    del part[gone]
+    del design["grid"][gone]
     design["variables"].remove(gone)
     with pytest.raises(StudyError, match="design.variables is .*; allowed: any keys of material beside static_friction"):
         design_rows(config)
+
+
+def test_a_radius_that_is_no_variable_is_fixed():
+    config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    every = with_fixed(config)
+    assert every == config["design"]
+    config["design"]["variables"] = ["static_friction", "rolling_friction"]
+    config["material"]["radius_m"] = 1.2345e-3
+    config["material"]["shear_modulus_pa"] = 5e9
+    config["design"] = with_fixed(config)
+    assert config["design"]["sweep"] == {}
+    assert config["design"]["fixed"] == {"radius_m": 1.2345e-3}
+    rows = design_rows(config)
+    assert {row["radius_m"] for row in rows if "grid" in row["purposes"]} == {1.2345e-3}
+    assert len({row["point_id"] for row in rows if "grid" in row["purposes"]}) == 35
+    space = space_of(config["design"])
+    assert space.variables == ("static_friction", "rolling_friction")
+    values = space.values(space.crowd(8))
+    assert values["radius_m"].tolist() == [1.2345e-3] * 8
+    assert space.unit(values) == pytest.approx(space.crowd(8))
 
 
 @pytest.mark.parametrize(

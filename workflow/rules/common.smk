@@ -1,5 +1,6 @@
 # Shared by the other rules: the checked configuration, the design, batches of simulations, fingerprints of the code.
 import functools
+import sys
 
 from snakemake.exceptions import WorkflowError
 
@@ -34,11 +35,13 @@ from virtual_soil.campaign.study import (
     design_rows,
     experiment_settings,
     first_answer_soils,
+    fitting_twins,
     planned_stages,
     proposed_rows,
     raw_files,
     simulations,
     soil_files,
+    with_fixed,
 )
 from virtual_soil.errors import InputError
 from virtual_soil.exports import PROGRAMS
@@ -66,6 +69,9 @@ BATCH_MINUTES = config.pop("batch_minutes")
 config.pop("insist")
 in_words(check_soils, config)
 config.update(in_declared_order(config, Study))
+config["design"] = with_fixed(config)
+config["twins"], LEFT_OUT = fitting_twins(config)
+print(*LEFT_OUT, sep="\n", end="\n" if LEFT_OUT else "", file=sys.stderr)
 
 RESULTS = f"results/{config['study']}"
 LOGS = f"logs/{config['study']}"

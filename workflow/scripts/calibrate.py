@@ -18,4 +18,5 @@ if __name__ == "__main__":
     results = calibrate(responses_of(params.experiments), models, soils, params.optimise, variables, "ours", scale)
     provenance = {"rule": snakemake.rule, **dict(params.items())}
     for table, name in zip(results, ("optima", "iterations", "minima"), strict=True):
+        table = table.assign(**params.design.get("fixed", {}))
         write_table(table, snakemake.output["calibration" if name == "optima" else name], name, provenance)

@@ -23,5 +23,6 @@ if __name__ == "__main__":
         results.append(calibrate(printed, published(), soils, its_options, paper.VARIABLES, "published"))
     provenance = {"rule": snakemake.rule, **dict(snakemake.params.items())}
     for k, name in enumerate(("optima", "iterations", "minima")):
-        table = pd.concat([result[k] for result in results], ignore_index=True)
+        parts = [results[0][k].assign(**snakemake.params.design.get("fixed", {})), *(result[k] for result in results[1:])]
+        table = pd.concat(parts, ignore_index=True)
         write_table(table, snakemake.output["calibration" if name == "optima" else name], name, provenance)

@@ -51,7 +51,7 @@ def space_of(design: dict) -> Space:
     values = {**design["grid"], **design["sweep"]}
     ranges = {name: (float(min(values[name])), float(max(values[name]))) for name in design["variables"]}
     offsets = {name: min(level for level in levels if level > 0) for name, levels in design["grid"].items()}
-    return Space(tuple(design["variables"]), ranges, {**offsets, **dict.fromkeys(design["sweep"], 0.0)})
+    return Space(tuple(design["variables"]), ranges, {**offsets, **dict.fromkeys(design["sweep"], 0.0)}, design.get("fixed", {}))
 
 
 def fit_all(responses: Responses, tables: dict, design: dict, material: dict, forms: dict):
@@ -65,7 +65,7 @@ def fit_all(responses: Responses, tables: dict, design: dict, material: dict, fo
         points = known_points(response, tables, design, material)
         models[name], table = fit_both(response, points, design, material, forms[name])
         residuals.append(table)
-    return models, pd.concat(residuals, ignore_index=True)
+    return models, pd.concat(residuals, ignore_index=True).assign(**design.get("fixed", {}))
 
 
 def fit_both(response: Response, points: pd.DataFrame, design: dict, material: dict, form: dict):
@@ -169,6 +169,6 @@ def from_json(text: str, model: str = "chosen") -> dict:
         else:
             space = fields.pop("space")
             ranges = {k: tuple(limits) for k, limits in space["ranges"].items()}
-            box = Space(tuple(space["variables"]), ranges, space["offsets"])
+            box = Space(tuple(space["variables"]), ranges, space["offsets"], space.get("fixed", {}))
             result[response] = GaussianProcess(**{**fields, "points": tuple(map(tuple, fields["points"]))}, space=box)
     return result

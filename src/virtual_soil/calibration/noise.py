@@ -27,8 +27,21 @@ def known_scatter(response: Response, table: pd.DataFrame) -> float:
     Standard deviation over seeds in the response's unit, or, of regressions, their relative scatter. NaN without repeats.
     """
     if response.error_column is None:
-        return pooled_scatter(table[table[response.column].notna() & ~censored(response, table)], response.column)
+        found = pooled_scatter(table[table[response.column].notna() & ~censored(response, table)], response.column)
+        return found if np.isfinite(found) else bounded_scatter(response, table)
     return pooled_line_scatter(table[table["fidelity"] == "campaign"])
+
+
+def bounded_scatter(response: Response, table: pd.DataFrame) -> float:
+    """Scatter where no point has two measured values, as its repeats are bounded: theirs, at least what the bounds leave open.
+
+    NaN without repeats.
+    """
+    found = pooled_scatter(table[table[response.column].notna()], response.column)
+    bounds = (
+        table.loc[censored(response, table), response.bound_column] if response.bound_column in table else pd.Series(dtype=float)
+    )
+    return float(np.fmax(found, bounds.max() / np.sqrt(12.0))) if np.isfinite(found) else found
 
 
 def scatter_at(response: Response, table: pd.DataFrame, space: Space, values) -> np.ndarray:
@@ -43,6 +56,8 @@ def scatter_at(response: Response, table: pd.DataFrame, space: Space, values) ->
         return np.full(len(unit), known)
     measured = table[table[response.column].notna() & ~censored(response, table)]
     groups = [rows for _, rows in measured.groupby(["point_id", "fidelity"]) if len(rows) > 1]
+    if not groups:
+        return np.full(len(unit), known)
     there = space.unit({name: np.array([rows[name].iloc[0] for rows in groups]) for name in space.variables})
     freedom = np.array([len(rows) - 1.0 for rows in groups])
     variance = np.array([rows[response.column].var(ddof=1) for rows in groups])

@@ -28,7 +28,7 @@ def propose(minima: list[dict[str, float]], likelihood: Likelihood, n: int) -> l
         values = likelihood.space.values(unit)
         gain = probabilities(likelihood(unit)) * ignorance(likelihood, values)
         best = int(gain.argmax())
-        points.append({name: float(column[best]) for name, column in values.items()})
+        points.append({name: float(values[name][best]) for name in likelihood.space.variables})
         likelihood = believing(likelihood, points[-1])
     return points
 

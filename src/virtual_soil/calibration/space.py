@@ -20,11 +20,15 @@ SOBOL_SEED = 2011
 
 @dataclass(frozen=True)
 class Space:
-    """Variables with their simulated ranges and the offsets of those with a logarithmic coordinate."""
+    """Variables with their simulated ranges and the offsets of those with a logarithmic coordinate.
+
+    fixed : values of properties that are no variables of this design, but stand in its tables as if they were.
+    """
 
     variables: tuple[str, ...]
     ranges: dict[str, tuple[float, float]]
     offsets: dict[str, float] = field(default_factory=dict)
+    fixed: dict[str, float] = field(default_factory=dict)
 
     def unit(self, values) -> np.ndarray:
         """Coordinates (m, n) in the unit cube; values maps each variable to a number or to arrays of one shape."""
@@ -36,12 +40,12 @@ class Space:
         return np.column_stack(columns)
 
     def values(self, unit: np.ndarray) -> dict[str, np.ndarray]:
-        """Values in SI units, each (m,), of coordinates (m, n)."""
+        """Values in SI units, each (m,), of coordinates (m, n); those that are fixed, too."""
         result = {}
         for name, u in zip(self.variables, np.asarray(unit, float).T, strict=True):
             low, high, _, from_line = self.scale(name)
             result[name] = np.clip(from_line(low + u * (high - low)), *self.ranges[name])
-        return result
+        return result | {name: np.full(len(np.asarray(unit)), value) for name, value in self.fixed.items()}
 
     def scale(self, name: str):
         """Ends of a variable's line, and the functions from its value to the line and back."""

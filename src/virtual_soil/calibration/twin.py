@@ -126,7 +126,7 @@ def left_out_points(responses: Responses, models: dict, space: Space) -> pd.Data
         logs = likelihood(unit)
         truth = dict(zip(space.variables, point, strict=True))
         level = credible_level(logs, probabilities(logs), float(likelihood(np.clip(space.unit(truth), 0.0, 1.0))[0]))
-        rows.append({**truth, "credible_level": level})
+        rows.append({**truth, **space.fixed, "credible_level": level})
     return pd.DataFrame(rows)
 
 
@@ -140,7 +140,13 @@ def simulated_twins(responses: Responses, models: dict, space: Space, twins: dic
         errors = {response: float(own.loc[response, "standard_uncertainty"]) for response in responses}
         likelihood = Likelihood(responses, models, space, targets, errors, dict.fromkeys(responses, 1.0))
         logs = likelihood(unit)
-        rows.append({**truth, "credible_level": credible_level(logs, probabilities(logs), float(likelihood(space.unit(truth))[0]))})
+        rows.append(
+            {
+                **truth,
+                **space.fixed,
+                "credible_level": credible_level(logs, probabilities(logs), float(likelihood(space.unit(truth))[0])),
+            }
+        )
     return pd.DataFrame(rows)
 
 

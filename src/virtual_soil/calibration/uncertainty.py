@@ -235,6 +235,7 @@ def identifiability(case: dict, likelihood: Likelihood, at: dict[str, float]) ->
                 "standard_deviation": float(1.0 / value) if value > 0 else float("inf"),
                 "determined": bool(value > np.sqrt(12.0)),
                 **{f"component_{name}": float(d) for name, d in zip(likelihood.space.variables, direction, strict=True)},
+                **{f"component_{name}": 0.0 for name in likelihood.space.fixed},
             }
             for k, (value, direction) in enumerate(zip(singular, directions, strict=True))
         ]

@@ -171,7 +171,7 @@ def conclusion(calibration, posterior, verification, likelihoods: dict[str, Like
         rows.append(
             {
                 **optimum.to_dict(),
-                **intervals(posterior[posterior["case"] == optimum["case"]], [*variables, *columns]),
+                **intervals(posterior[posterior["case"] == optimum["case"]], [*variables, *likelihood.space.fixed, *columns]),
                 "deviation_sd": max(deviations.values()),
                 "missed": ",".join(name for name, deviation in deviations.items() if deviation > NOISE_LIMIT),
                 "extrapolated": ",".join(name for name, process in processes.items() if not process.surrounds(values)),

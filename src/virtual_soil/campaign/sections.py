@@ -50,8 +50,9 @@ Design = make(
         "variables": (
             list[str],
             setting(
-                "material keys that the optimiser may change",
+                "material keys that the optimiser may change; the others stay at their values in material",
                 ["radius_m", "static_friction", "rolling_friction"],
+                note="Entries of grid and sweep that are no variables are ignored.",
                 of={"minItems": 1, "uniqueItems": True},
             ),
         ),

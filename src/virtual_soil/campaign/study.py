@@ -17,7 +17,7 @@ from virtual_soil.calibration.optimise import weighted
 from virtual_soil.calibration.points import point_id
 from virtual_soil.calibration.screening import changed_materials
 from virtual_soil.campaign import settings, yamls
-from virtual_soil.campaign.design import expand
+from virtual_soil.campaign.design import SEED_KEYS, expand
 from virtual_soil.campaign.experiments.registry import BY_NAME, BY_RESPONSE, LOADS, chosen, responses_of
 from virtual_soil.campaign.sections import USUAL_TERMS, Engine, Material, Study
 from virtual_soil.campaign.settings import NAME
@@ -26,6 +26,8 @@ from virtual_soil.campaign.tables import TableError, read_table
 from virtual_soil.errors import InputError
 
 #: Engine settings that decide whether a study may be compared with the paper.
+#: Properties that stand in the tables of every study, as variables or as fixed values.
+PRINTED_VARIABLES = ("radius_m", "static_friction", "rolling_friction")
 PRINTED_ENGINE = ("rolling_model", "damping_model", "gravity_m_s2")
 #: Meaning of the key `soil`, which is given only on the command line.
 SOIL_KEY = "of rule first_answer: a name in config/soils or a soil file; by default the study's soils"
@@ -176,16 +178,43 @@ def describe(error: jsonschema.ValidationError) -> str:
     return f"{key}: {shortened(error.message)}{yamls.hint(error.instance)}." + (f" It means: {meaning}" if meaning else "")
 
 
+def with_fixed(config: dict) -> dict:
+    """The design of a study without the values of what its variables leave out, and those that are fixed as `fixed`.
+
+    A study names its variables; grid and sweep of the default configuration, which it is merged with, may have more.
+    """
+    design = config["design"]
+    kept = {part: {name: design[part][name] for name in design[part] if name in design["variables"]} for part in ("grid", "sweep")}
+    couples = [{name: couple[name] for name in couple if name in kept["grid"]} for couple in design["sweep_couples"]]
+    fixed = {name: config["material"][name] for name in PRINTED_VARIABLES if name not in design["variables"]}
+    return {**design, **kept, "sweep_couples": couples, **({"fixed": fixed} if fixed else {})}
+
+
+def fitting_twins(config: dict) -> tuple[dict, list[str]]:
+    """The twins of a study, and a line for each that is left out: named by no case, and of other variables or experiments.
+
+    A study that is merged with another, as with config/smoke.yaml, has its twins but not its cases.
+    """
+    cases, variables = {case["soil"] for case in config["optimise"]["cases"]}, set(config["design"]["variables"])
+    needed = {SEED_KEYS[experiment.NAME] for experiment in chosen(config["experiments"])}
+    kept, lines = {}, []
+    for name, entry in config["twins"].items():
+        if name in cases or (set(entry) - set(SEED_KEYS.values()) == variables and needed <= set(entry)):
+            kept[name] = entry
+        else:
+            lines.append(f"twins.{name} is left out: no case names it, and it is of another design.")
+    return kept, lines
+
+
 def design_rows(config: dict) -> list[dict]:
     """Return the rows of the design with plain Python values (None if a value does not apply)."""
     design = config["design"]
     try:
         demand(
-            {"static_friction", "rolling_friction"} <= set(design["grid"]) and "radius_m" in design["sweep"],
+            {"static_friction", "rolling_friction"} <= set(design["grid"]),
             "design.variables",
             design["variables"],
-            "any keys of material beside static_friction and rolling_friction in design.grid and radius_m in design.sweep, which "
-            "tables and figures are about",
+            "any keys of material beside static_friction and rolling_friction in design.grid, which tables and figures are about",
         )
         table = expand(config)
     except ValueError as error:

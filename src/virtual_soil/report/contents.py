@@ -24,6 +24,7 @@ def figure_names(config: dict, laboratory: bool = False) -> list[str]:
     others = [experiment for experiment in EXPERIMENTS if experiment.NAME not in config["experiments"]]
     absent = {name for experiment in others for name in (*experiment.FIGURES, *experiment.RESPONSES)}
     absent |= set() if laboratory else {"laboratory"}
+    absent |= set() if "radius_m" in config["design"]["variables"] else {"radius_sweep"}
     return [
         name for name, entry in ENTRIES.items() if name not in absent and (has_friction_grid(config) or not entry.friction_grid)
     ]

@@ -62,9 +62,10 @@ def enumerated(parts: list[str]) -> str:
 
 
 def value_with_interval(row: Mapping, name: str) -> tuple[str, str]:
-    """A design variable of an optimum and its 95 % interval, in the printed unit."""
-    variable = VARIABLES[name]
-    return number(row[name], variable.digits, variable.scale), interval(row, name, variable.digits, variable.scale)
+    """A design variable of an optimum and its 95 % interval, in the printed unit; "fixed" if it was no variable."""
+    variable, fixed = VARIABLES[name], row[f"{name}_low_95"] == row[f"{name}_high_95"] == row[name]
+    within = "fixed" if fixed else interval(row, name, variable.digits, variable.scale)
+    return number(row[name], variable.digits, variable.scale), within
 
 
 def variable_cells(row: Mapping) -> list[str]:

@@ -92,11 +92,7 @@ def response_figures(study: Study) -> dict[str, Item]:
             pd.concat(list(grids.values())),
             f"{names} as surfaces over static and rolling friction".capitalize(),
         ),
-        "radius_sweep": Item(
-            response_plots.radius_sweep(sweeps, study.models["quadratic"]),
-            pd.concat(list(sweeps.values())),
-            f"{names} over the radius".capitalize(),
-        ),
+        **(radius_figure(study, sweeps, names) if "radius_m" in study.config["design"]["variables"] else {}),
         "parity": Item(
             response_plots.parity(study.residuals, chosen),
             study.residuals,
@@ -108,6 +104,12 @@ def response_figures(study: Study) -> dict[str, Item]:
             "Errors of both surrogates at left-out points of the friction grid",
         ),
     }
+
+
+def radius_figure(study: Study, sweeps: Mapping[str, pd.DataFrame], names: str) -> dict[str, Item]:
+    """Responses over the radius."""
+    figure = response_plots.radius_sweep(sweeps, study.models["quadratic"])
+    return {"radius_sweep": Item(figure, pd.concat(list(sweeps.values())), f"{names} over the radius".capitalize())}
 
 
 def response_figure(study: Study, name: str, grid: pd.DataFrame) -> Item:
