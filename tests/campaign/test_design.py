@@ -7,6 +7,7 @@ import pytest
 import yaml
 
 from virtual_soil.calibration.errors import CalibrationError
+from virtual_soil.calibration.points import point_at
 from virtual_soil.campaign.design import decisive, expand, further
 
 CONFIG = yaml.safe_load((Path(__file__).parents[2] / "config" / "config.yaml").read_text()) | {"experiments": ["repose", "shear"]}
@@ -66,6 +67,14 @@ def test_points_share_a_simulation_where_rolling_friction_exceeds_static_frictio
 def test_a_larger_study_keeps_all_identifiers_of_the_smaller_one(path, value):
     before, after = expand(CONFIG), expand(changed(path, value))
     assert set(before["simulation_id"]) < set(after["simulation_id"])
+
+
+def test_a_fixed_value_keeps_all_its_digits():
+    base = {"radius_m": 1.23456e-3, "static_friction": 0.5}
+    assert point_at(base, {"radius_m": 1.23456e-3, "static_friction": 0.123456}) == {
+        "radius_m": 1.23456e-3,
+        "static_friction": 0.1235,
+    }
 
 
 def test_a_fourth_design_variable_needs_no_code():

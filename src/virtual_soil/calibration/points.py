@@ -7,9 +7,9 @@ import json
 def point_at(base: dict, values: dict) -> dict:
     """The material with some values replaced, rounded to four digits.
 
-    No test resolves more digits, and the same point must have the same identifier.
+    No test resolves more digits, and the same point must have the same identifier. A value that is the base's own stays as it is.
     """
-    return {**base, **{name: float(f"{value:.4g}") for name, value in values.items()}}
+    return {**base, **{name: base[name] if value == base.get(name) else float(f"{value:.4g}") for name, value in values.items()}}
 
 
 def point_id(material: dict) -> str:

@@ -124,13 +124,13 @@ def state_of(answer: str, good: str) -> str:
 
 
 def property_line(line: Mapping) -> tuple[str, str, str, str]:
-    """Symbol of a property, its simulated value with its standard error, the wanted value, and the state of its match."""
+    """Symbol of a property, its simulated value with its standard error, what is wanted, and the state of its match."""
     response = RESPONSES[line["response"]]
     simulated, unit = with_error(line["simulated"], line["simulated_se"]), printed_unit(response)
     return (
         response.symbol,
         f"{simulated}{unit if unit == '°' else f' {unit}'}",
-        number(line["target"]),
+        "" if pd.isna(line["target"]) else f"wanted {number(line['target'])}",
         state_of(line["match"], "matches"),
     )
 
