@@ -1,5 +1,6 @@
 """The first answer: a soil calibrated on the reference tables, without any simulation."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -56,7 +57,7 @@ def test_it_is_the_reference_campaigns_own_answer(answered, soil, n_cases):
 def test_it_says_what_it_rests_on_and_what_is_out_of_reach(answered):
     folder, text = answered
     assert text.count("No simulation was run for it. A campaign at your own settings has to confirm it.") == 2
-    assert "steady_cohesion   NO, nearest" in text
+    assert re.search("steady_cohesion +NO, nearest", text)
     path = str(folder / "results/first_answer/lunar_regolith.parquet")
     table = read_table(path, "first_answer")
     reach = pd.read_parquet(REFERENCE / "reachability.parquet").query("soil == 'lunar_regolith' and not reachable")

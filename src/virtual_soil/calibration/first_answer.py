@@ -85,7 +85,7 @@ def first_answer_text(
     for _, row in soils.iterrows():
         error = row["standard_uncertainty"]
         stated = f" +- {error:.3g}" if np.isfinite(error) else ""
-        lines.append(f"  {row['property']:<18}{row['value']:>8.4g}{stated} {row['unit']}   {row['method']}; {row['source']}")
+        lines.append(f"  {row['property']:<22}{row['value']:>8.4g}{stated} {row['unit']}   {row['method']}; {row['source']}")
     for _, row in soils.iterrows():
         stated, measured = row["strength"], strengths.get(row["property"], "")
         if stated and measured and stated != measured:
@@ -96,17 +96,17 @@ def first_answer_text(
         ends = f"the design reaches {row['lowest_predicted']:.3g} to {row['highest_predicted']:.3g} {unit}"
         nearer = f"; nearer with {row['grows_with']}" if row["grows_with"] else ""
         verdict = "yes" if row["reachable"] else f"NO, nearest {row['nearest_reachable']:.3g}{nearer}"
-        lines.append(f"  {row['response']:<18}{verdict} ({ends})")
+        lines.append(f"  {row['response']:<22}{verdict} ({ends})")
     for _, row in table.iterrows():
         lines += ["", f"Case {row['case']}: optimum, 95 % interval"]
         for name in design["variables"]:
-            lines.append(f"  {name:<22}{row[name]:>10.4g}   {row[f'{name}_low_95']:.3g} to {row[f'{name}_high_95']:.3g}")
-        lines.append(f"{'predicted there, 95 % interval, wanted':>45}")
+            lines.append(f"  {name:<26}{row[name]:>10.4g}   {row[f'{name}_low_95']:.3g} to {row[f'{name}_high_95']:.3g}")
+        lines.append(f"{'predicted there, 95 % interval, wanted':>49}")
         for column in (response.column for response in responses.values()):
             interval = f"{row[f'{column}_low_95']:.3g} to {row[f'{column}_high_95']:.3g}"
             wanted = row[f"target_{column}"]
             asked = f"{wanted:.4g}" if np.isfinite(wanted) else "-"
-            lines.append(f"  {column:<22}{row[column]:>10.4g}   {interval:<18} {asked}")
+            lines.append(f"  {column:<26}{row[column]:>10.4g}   {interval:<18} {asked}")
         for what, said in (("missed by more than two standard deviations", "missed"), ("extrapolated", "extrapolated")):
             if row[said]:
                 lines.append(f"  {what}: {row[said].replace(',', ', ')}")
