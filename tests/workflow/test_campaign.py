@@ -203,7 +203,7 @@ AFTER_FIT = {"fit_surrogates", "reachability", "calibrate_as_published", *AFTER_
 LATER = {
     *("simulate_repose", "simulate_shear", "measure_repose", "measure_shear", "strength", "fit_surrogates", "compare_round"),
     *("uncertainty", "sensitivity", "check_coverage", "twins", "verification_design", "compare_seeds", "more_seeds", "verify"),
-    "conclude",
+    *("verify_equivalents", "conclude"),
 }
 
 
@@ -347,7 +347,7 @@ def test_a_hundred_thousand_simulations_are_planned_within_a_minute_and_a_gigaby
         (
             "optimise.cases",
             [{"case": "a", "soil": "medium", "weights": [1, 2, 3, 4]}],
-            "weights of a are a list; allowed: a weight by name, {angle_of_repose: 1, cohesion: 2, friction_angle: 3, ",
+            "weights of a are a list; allowed: a weight by name, {angle_of_repose: 1, large_grains: 2, peak_cohesion: 3, ",
         ),
         ("study", "verification", "study: verification is the folder of other results"),
         ("surrogate", {name: {"model": "quadratic"} for name in RESPONSES}, "refine.rounds is 1; allowed: 0 when"),

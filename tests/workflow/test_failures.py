@@ -58,7 +58,7 @@ def test_an_impossible_heap_is_recorded_with_its_reason(config, tmp_path):
 
 
 def test_an_impossible_shear_test_is_recorded_and_left_out_of_the_strength(config, tmp_path):
-    row = IMPOSSIBLE | {"experiment": "shear", "normal_stress_pa": 500.0}
+    row = IMPOSSIBLE | {"experiment": "shear", "normal_stress_pa": 1000.0}
     run, _ = simulate(row, config, tmp_path)
     assert run["status"] == "failed"
     stresses = np.array([100.0, 200.0, 400.0, 800.0])

@@ -37,7 +37,7 @@ def tiny(config: dict) -> dict:
     seeds = {"repose_seeds": [1], "shear_seeds": [1]}
     quick = {"lift_speed_m_s": 3e-2, "repose_stiffness_number": None, "shear_inertial_number": 0.05}
     grid = {"static_friction": [0.1, 0.4, 0.8], "rolling_friction": [0.05, 0.1, 0.3]}
-    config["study"] = "tiny"
+    config["study"], config["experiments"] = "tiny", ["repose", "shear"]
     config["design"] |= {"grid": grid, "sweep": {"radius_m": [50e-6, 100e-6]}, "sweep_couples": [point], **seeds}
     config["screening"] |= {"base_seeds": [1, 2], "changed_seeds": [1], "factors": {"rolling_friction": 2.0}}
     config["fidelity"]["campaign"] |= quick | {"shear_stiffness_number": 1000.0}
@@ -52,6 +52,7 @@ def tiny(config: dict) -> dict:
     for form in config["surrogate"].values():
         form["g"] = "log"
     config["soils"], config["optimise"]["cases"] = config["soils"][:1], config["optimise"]["cases"][:1]
+    config["optimise"]["cases"][0]["weights"] = {"angle_of_repose": 1, "cohesion": 1, "friction_angle": 1}
     config["optimise"]["n_starts"] = 2
     config["uncertainty"] |= {"n_samples": 100, "n_equivalents": 3}
     config["refine"] |= {"points_per_case": 1, **seeds}

@@ -111,7 +111,7 @@ def test_equal_frictions_are_simulated_as_they_are(experiment, static_friction):
 
 def test_points_that_share_a_simulation_keep_their_rows():
     rows = design_rows(CONFIG)
-    frictionless = [row for row in rows if row["static_friction"] == 0.0 and row["experiment"] == "repose"]
+    frictionless = [row for row in rows if row["static_friction"] == 0.0 and row["experiment"] == "repose" and row["seed"] == 1]
     assert sorted(row["rolling_friction"] for row in frictionless) == [0.0, 0.05, 0.1, 0.2, 0.3]
     assert len({row["point_id"] for row in frictionless}) == 5
     (name,) = {row["simulation_id"] for row in frictionless}
