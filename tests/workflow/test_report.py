@@ -199,6 +199,7 @@ def test_what_can_be_traded_is_told_by_the_farthest_sets():
         ("matches", 0, "export/sand"),
         ("misses: cohesion; not decided: angle_of_repose", 0, "within reach"),
         ("not decided: angle_of_repose", 0, "verify.more_seeds"),
+        ("not simulated", 0, "why no simulation of it ended well"),
     ],
 )
 def test_the_card_says_what_to_do_next(match, spoiled, words):

@@ -20,23 +20,18 @@ from dem.experiments import direct_shear, plane_shear
 from dem.experiments.soil import Engine, Soil
 from dem.experiments.specimen import stiffness_reduction
 from dem.experiments.strength import steady
+from virtual_soil.verification import bulk
 from virtual_soil.verification.check import Check
 
 GROUP = "Strength"
-SOIL = Soil(
-    radius_m=50e-6, density_kg_m3=3000.0, poisson_ratio=0.2, shear_modulus_pa=5e7, static_friction=0.5, rolling_friction=0.1,
-    restitution=0.5,
-)  # fmt: skip
+SOIL = replace(bulk.SOIL, static_friction=0.5)
 BED = plane_shear.Setup(
     length_ratio=32.0, height_ratio=32.0, width_ratio=16.0, normal_stress_pa=500.0, inertial_number=5e-3, shear_strain=3.0,
     max_shear_strain=3.0, preparation_friction_ratio=0.3, scale_radius_m=SOIL.radius_m,
 )  # fmt: skip
 #: A shear box with a slice four times as wide as the paper's, sheared by twice its displacement.
-BOX = direct_shear.Setup(
-    length_ratio=60.0, height_ratio=32.0, width_ratio=20.0, displacement_ratio=18.0, normal_stress_pa=500.0, inertial_number=5e-3,
-    frame_static_friction=0.0, preparation_friction_ratio=0.3, scale_radius_m=SOIL.radius_m,
-)  # fmt: skip
-STIFFNESS_NUMBER = 5000.0
+BOX = replace(bulk.BOX, width_ratio=20.0, displacement_ratio=18.0)
+STIFFNESS_NUMBER = bulk.SHEAR_STIFFNESS_NUMBER
 
 CHIALVO = "Chialvo, Sun & Sundaresan 2012 (Phys. Rev. E 85, 021305), yield stress ratio"
 PEYNEAU = "Peyneau & Roux 2008 (Phys. Rev. E 78, 011307), frictionless beads, 5.76°"

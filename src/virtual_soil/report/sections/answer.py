@@ -7,7 +7,7 @@ import pandas as pd
 
 from virtual_soil.calibration.optimise import LARGE_GRAINS
 from virtual_soil.calibration.response import Responses
-from virtual_soil.calibration.verify import QUESTIONS, UNASKED
+from virtual_soil.calibration.verify import QUESTIONS, UNASKED, UNSIMULATED
 from virtual_soil.campaign.experiments.common import LARGEST_OVERLAP_RATIO
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report.items import Entry, Item
@@ -106,6 +106,8 @@ def next_step(row: Mapping) -> str:
         return f"Next: export/{row['case']} holds a material card, and input for DEM programs."
     if "misses" in row["match"]:
         return "Next: see whether the target is within reach (section 2), and the best simulated points (section 6)."
+    if row["match"] == UNSIMULATED:
+        return "Next: see why no simulation of it ended well (Checks and sources)."
     return "Next: raise verify.more_seeds; each round doubles the seeds of the tests that do not decide yet."
 
 
