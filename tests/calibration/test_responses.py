@@ -3,6 +3,7 @@
 import ast
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -162,3 +163,12 @@ def test_only_the_paper_names_responses():
         words = [node.value for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Constant)]
         found = [word for word in words if isinstance(word, str) and any(name in word for name in calibration.paper.RESPONSES)]
         assert not found, path
+
+
+def test_no_response_reaches_below_zero_unless_it_is_signed(campaign):
+    tables, models, _ = campaign
+    below = {
+        name: SimpleNamespace(predict=lambda values, model=model: model.predict(values) - 1e3) for name, model in models.items()
+    }
+    reach = reachability_table(RESPONSES, below, space_of(DESIGN), tables, soil(), 0.05).set_index("response")
+    assert (reach["lowest_predicted"] == 0.0).all()

@@ -97,3 +97,11 @@ def test_a_fault_of_the_program_is_not_mistaken_for_a_failed_simulation(config, 
     monkeypatch.setattr(heaps.angle_of_repose, "run", broken)
     with pytest.raises(RuntimeError, match="1 of 1 simulations broke off: 0123456789"):
         simulate(ROW | {"experiment": "repose"}, config, tmp_path)
+
+
+def test_a_flat_heap_has_a_bound_and_its_middle_as_value(config):
+    run = {"status": "flat", "n_particles": 3000}
+    row = measured(run, pd.DataFrame({"x_m": []}), config["repose"])
+    assert row["angle_bound_deg"] == pytest.approx(5.78, abs=0.02)
+    assert row["angle_of_repose_deg"] == 0.5 * row["angle_bound_deg"]
+    assert row["angle_profile_deg"] == 0.0
