@@ -27,6 +27,8 @@ MIDDLE = {"radius_m": 50e-6, "static_friction": 0.3, "rolling_friction": 0.1}
 OTHERS = {
     "study": "another",
     "design.variables": None,  # follows grid and sweep, which are changed themselves
+    "design.n_points": None,  # of designs without a grid, see test_study
+    "design.points_csv": None,
     "soils": ["lunar_regolith", "silica_barco_sand"],
     "optimise.cases": [{"case": "a", "soil": "lunar_regolith", "weights": {"angle_of_repose": 1.0}}],
     "twins": {"t": {**MIDDLE, "repose_seeds": [9], "shear_seeds": [9], "plane_shear_seeds": [9]}},

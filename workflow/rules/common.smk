@@ -35,14 +35,13 @@ from virtual_soil.campaign.study import (
     design_rows,
     experiment_settings,
     first_answer_soils,
-    fitting_twins,
     planned_stages,
     proposed_rows,
     raw_files,
     simulations,
     soil_files,
-    with_fixed,
 )
+from virtual_soil.campaign.variables import fitting_twins, normal_form, with_walls
 from virtual_soil.errors import InputError
 from virtual_soil.exports import PROGRAMS
 
@@ -69,7 +68,8 @@ BATCH_MINUTES = config.pop("batch_minutes")
 config.pop("insist")
 in_words(check_soils, config)
 config.update(in_declared_order(config, Study))
-config["design"] = with_fixed(config)
+config["material"] = with_walls(config)
+config["design"] = in_words(normal_form, config)
 config["twins"], LEFT_OUT = fitting_twins(config)
 print(*LEFT_OUT, sep="\n", end="\n" if LEFT_OUT else "", file=sys.stderr)
 

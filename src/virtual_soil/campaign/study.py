@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import jsonschema
+import numpy as np
 import pandas as pd
 import yaml
 
@@ -16,18 +17,18 @@ from virtual_soil.calibration.errors import CalibrationError, demand
 from virtual_soil.calibration.optimise import weighted
 from virtual_soil.calibration.points import point_id
 from virtual_soil.calibration.screening import changed_materials
+from virtual_soil.calibration.space import space_of
 from virtual_soil.campaign import settings, yamls
-from virtual_soil.campaign.design import SEED_KEYS, expand
+from virtual_soil.campaign.design import DESIGNED, expand
 from virtual_soil.campaign.experiments.registry import BY_NAME, BY_RESPONSE, LOADS, chosen, responses_of
 from virtual_soil.campaign.sections import USUAL_TERMS, Engine, Material, Study
 from virtual_soil.campaign.settings import NAME
 from virtual_soil.campaign.soils import laboratory_files, measure_soil
 from virtual_soil.campaign.tables import TableError, read_table
+from virtual_soil.campaign.variables import property_rules
 from virtual_soil.errors import InputError
 
 #: Engine settings that decide whether a study may be compared with the paper.
-#: Properties that stand in the tables of every study, as variables or as fixed values.
-PRINTED_VARIABLES = ("radius_m", "static_friction", "rolling_friction")
 PRINTED_ENGINE = ("rolling_model", "damping_model", "gravity_m_s2")
 #: Meaning of the key `soil`, which is given only on the command line.
 SOIL_KEY = "of rule first_answer: a name in config/soils or a soil file; by default the study's soils"
@@ -52,7 +53,7 @@ def check_config(config: dict) -> None:
         lines = (
             described(config, schema)
             or list(reserved_names(config))
-            or described_materials(config, settings.schema(Material)["properties"])
+            or described_materials(config, property_rules(settings.schema(Material)["properties"], settings.schema))
             or list(unusual(config))
         )
     if lines:
@@ -148,6 +149,8 @@ def material_groups(config: dict) -> dict[str, dict]:
         config["material"], {"factors": {key: factors[key] for key in factors if key in config["material"]}}
     )
     groups = {"design.grid": design["grid"], "design.sweep": design["sweep"]}
+    if isinstance(design["variables"], dict):
+        groups["design.variables"] = design["variables"]
     groups["screening.factors"] = {key: material[key] for key, material in changed.items()}
     groups |= {f"design.sweep_couples.{k}": couple for k, couple in enumerate(design["sweep_couples"])}
     return groups | {f"fidelity.check.couples.{k}": couple for k, couple in enumerate(check["couples"])}
@@ -178,44 +181,9 @@ def describe(error: jsonschema.ValidationError) -> str:
     return f"{key}: {shortened(error.message)}{yamls.hint(error.instance)}." + (f" It means: {meaning}" if meaning else "")
 
 
-def with_fixed(config: dict) -> dict:
-    """The design of a study without the values of what its variables leave out, and those that are fixed as `fixed`.
-
-    A study names its variables; grid and sweep of the default configuration, which it is merged with, may have more.
-    """
-    design = config["design"]
-    kept = {part: {name: design[part][name] for name in design[part] if name in design["variables"]} for part in ("grid", "sweep")}
-    couples = [{name: couple[name] for name in couple if name in kept["grid"]} for couple in design["sweep_couples"]]
-    fixed = {name: config["material"][name] for name in PRINTED_VARIABLES if name not in design["variables"]}
-    return {**design, **kept, "sweep_couples": couples, **({"fixed": fixed} if fixed else {})}
-
-
-def fitting_twins(config: dict) -> tuple[dict, list[str]]:
-    """The twins of a study, and a line for each that is left out: named by no case, and of other variables or experiments.
-
-    A study that is merged with another, as with config/smoke.yaml, has its twins but not its cases.
-    """
-    cases, variables = {case["soil"] for case in config["optimise"]["cases"]}, set(config["design"]["variables"])
-    needed = {SEED_KEYS[experiment.NAME] for experiment in chosen(config["experiments"])}
-    kept, lines = {}, []
-    for name, entry in config["twins"].items():
-        if name in cases or (set(entry) - set(SEED_KEYS.values()) == variables and needed <= set(entry)):
-            kept[name] = entry
-        else:
-            lines.append(f"twins.{name} is left out: no case names it, and it is of another design.")
-    return kept, lines
-
-
 def design_rows(config: dict) -> list[dict]:
     """Return the rows of the design with plain Python values (None if a value does not apply)."""
-    design = config["design"]
     try:
-        demand(
-            {"static_friction", "rolling_friction"} <= set(design["grid"]),
-            "design.variables",
-            design["variables"],
-            "any keys of material beside static_friction and rolling_friction in design.grid, which tables and figures are about",
-        )
         table = expand(config)
     except ValueError as error:
         raise StudyError(str(error)) from None
@@ -262,11 +230,19 @@ def plain_value(value):
     return None if isinstance(plain, float) and math.isnan(plain) else plain
 
 
+def distance_from_base(config: dict, row) -> np.ndarray:
+    """Squared distance (m,) of points from the base set, in extents of the design's coordinates; row : mapping or table."""
+    space = space_of(config["design"])
+    base = space.unit({name: config["material"][name] for name in space.variables})
+    return ((space.unit(row) - base) ** 2).sum(axis=1)
+
+
 def base_simulation(config: dict, rows: list[dict], experiment: str) -> dict:
-    """Return the campaign's row at the grid point nearest to the base set, with the first seed and the largest load."""
-    grid = [row for row in rows if row["experiment"] == experiment and row["fidelity"] == "campaign" and "grid" in row["purposes"]]
-    nearest = min(grid, key=lambda row: sum(abs(row[name] - config["material"][name]) for name in config["design"]["grid"]))
-    same = [row for row in grid if row["point_id"] == nearest["point_id"] and row["seed"] == nearest["seed"]]
+    """Return the campaign's row at the point of the design nearest to the base set, with the first seed and the largest load."""
+    here = [row for row in rows if row["experiment"] == experiment and row["fidelity"] == "campaign"]
+    designed = [row for row in here if set(DESIGNED) & set(row["purposes"].split(","))]
+    nearest = min(designed, key=lambda row: float(distance_from_base(config, row)[0]))
+    same = [row for row in designed if row["point_id"] == nearest["point_id"] and row["seed"] == nearest["seed"]]
     return max(same, key=lambda row: max((row[load] or 0.0 for load in LOADS), default=0.0))
 
 

@@ -6,7 +6,7 @@ from snakemake.io import report
 
 from virtual_soil.report.experiments import EXPERIMENTS
 from virtual_soil.report.sections import SECTIONS, answer
-from virtual_soil.report.study import has_friction_grid
+from virtual_soil.report.study import offers
 
 FOLDER = Path(__file__).resolve().parent
 CAPTIONS = FOLDER / "captions"
@@ -24,10 +24,8 @@ def figure_names(config: dict, laboratory: bool = False) -> list[str]:
     others = [experiment for experiment in EXPERIMENTS if experiment.NAME not in config["experiments"]]
     absent = {name for experiment in others for name in (*experiment.FIGURES, *experiment.RESPONSES)}
     absent |= set() if laboratory else {"laboratory"}
-    absent |= set() if "radius_m" in config["design"]["variables"] else {"radius_sweep"}
-    return [
-        name for name, entry in ENTRIES.items() if name not in absent and (has_friction_grid(config) or not entry.friction_grid)
-    ]
+    offered = {"", *offers(config)}
+    return [name for name, entry in ENTRIES.items() if name not in absent and entry.needs in offered]
 
 
 def caption(name: str) -> str:

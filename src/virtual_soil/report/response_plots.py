@@ -10,7 +10,7 @@ from matplotlib.ticker import NullLocator
 from virtual_soil.calibration.response import Response
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report.plots import COLOURS, canvas
-from virtual_soil.report.quantities import axis_label, printed_unit
+from virtual_soil.report.quantities import VARIABLES, axis_label, printed_unit
 from virtual_soil.report.text import spoken
 
 #: Points of a drawn line, and of a drawn surface along each axis.
@@ -86,6 +86,31 @@ def residual_map(residuals: pd.DataFrame, radius_m: float) -> Figure:
         axes.set_xlabel(axis_label("static_friction"))
     for axes in panels[:, 0]:
         axes.set_ylabel(axis_label("rolling_friction"))
+    return figure
+
+
+def slices(points: Mapping[str, pd.DataFrame], surrogates: Mapping, optima: pd.DataFrame, variables: list[str]) -> Figure:
+    """Every response (rows) over every variable (columns): simulated points, and surrogates through the optimum of every case."""
+    figure = Figure(figsize=(max(3.2 * len(variables), 6.0), 2.6 * len(points)), layout="constrained")
+    panels = figure.subplots(len(points), len(variables), squeeze=False, sharey="row", sharex="col")
+    for row, (name, table) in zip(panels, points.items(), strict=True):
+        column, surrogate = RESPONSES[name].column, surrogates[name]
+        means = table.groupby("point_id")[[*variables, column]].mean()
+        for axes, variable in zip(row, variables, strict=True):
+            scale = VARIABLES[variable].scale
+            axes.plot(scale * means[variable], means[column], ".", color="0.6", label="simulated")
+            low, high = surrogate.ranges[variable]
+            x = np.linspace(low, high, LINE_POINTS)
+            for colour, (_, optimum) in zip(COLOURS, optima.iterrows(), strict=False):
+                values = {other: np.full_like(x, optimum[other]) for other in variables} | {variable: x}
+                mean, spread = surrogate.predict_with_error(values)
+                axes.plot(scale * x, mean, color=colour, label=spoken(optimum["case"]))
+                axes.fill_between(scale * x, mean - spread, mean + spread, color=colour, alpha=0.15, linewidth=0)
+                axes.plot(scale * optimum[variable], optimum[column], "*", color=colour, markersize=11)
+        row[0].set_ylabel(axis_label(name))
+    for axes, variable in zip(panels[-1], variables, strict=True):
+        axes.set_xlabel(axis_label(variable))
+    panels[0, 0].legend(fontsize="x-small")
     return figure
 
 

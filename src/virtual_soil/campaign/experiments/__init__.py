@@ -21,6 +21,7 @@ MODULES = {
             "MEASURED_BY",
             "REDUCED_BY",
             "LABORATORY",
+            "PROPERTIES",
             "SEEDS",
             "SOUND",
             "Settings",

@@ -11,7 +11,7 @@ from virtual_soil.calibration.verify import QUESTIONS, UNASKED, UNSIMULATED
 from virtual_soil.campaign.experiments.common import LARGEST_OVERLAP_RATIO
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report.items import Entry, Item
-from virtual_soil.report.quantities import VARIABLES, header, printed_unit, symbol, symbols, value_with_interval, variables_in_words
+from virtual_soil.report.quantities import header, printed_unit, shown_in, symbol, symbols, value_with_interval, variables_in_words
 from virtual_soil.report.study import Study
 from virtual_soil.report.text import number, spoken, with_error
 
@@ -57,10 +57,11 @@ def prefers_large(cases: list[dict]) -> bool:
 def answer_table(calibration: pd.DataFrame) -> pd.DataFrame:
     """Our optima with the intervals of their variables, and whether their simulated soils match the targets."""
     rows = []
+    shown = shown_in(calibration)
     for _, row in calibration[calibration["surrogate"] == "ours"].iterrows():
-        cells = [cell for name in VARIABLES for cell in value_with_interval(row, name)]
+        cells = [cell for name in shown for cell in value_with_interval(row, name)]
         rows.append((row["case"], *cells, spoken(row["match"])))
-    columns = [column for variable in VARIABLES.values() for column in (header(variable), "95 %")]
+    columns = [column for variable in shown.values() for column in (header(variable), "95 %")]
     return pd.DataFrame(rows, columns=["case", *columns, "targets"])
 
 
@@ -76,7 +77,7 @@ def answer_card(row: Mapping, verification: pd.DataFrame) -> dict:
     `state` is "good" only if the simulated soil matches every target and none of its simulations was spoiled.
     """
     values = []
-    for name, variable in VARIABLES.items():
+    for name, variable in shown_in(row).items():
         value, interval = value_with_interval(row, name)
         values.append((variable.symbol, f"{value} {variable.unit}".rstrip(), interval))
     sound = not row["n_spoiled"]
@@ -187,7 +188,7 @@ def missed_targets(optimum: Mapping) -> list[str]:
 
 def outside_interval(optimum: Mapping) -> list[str]:
     """Why the variables of an optimum lie outside their own 95 % intervals."""
-    outside = [name for name in VARIABLES if not optimum[f"{name}_low_95"] <= optimum[name] <= optimum[f"{name}_high_95"]]
+    outside = [name for name in shown_in(optimum) if not optimum[f"{name}_low_95"] <= optimum[name] <= optimum[f"{name}_high_95"]]
     if not outside:
         return []
     large = optimum.get(f"weight_{LARGE_GRAINS}", 0.0) > 0
@@ -233,7 +234,7 @@ def undetermined(case: str, identifiability: pd.DataFrame, equivalents: pd.DataF
     if identifiability.loc[identifiability["case"] == case, "determined"].astype(bool).all() or len(sets) < 2:
         return []
     fine, coarse = ((row, variables_in_words(row)) for _, row in sets.iloc[[0, -1]].iterrows())
-    named = ", ".join(variable.symbol for variable in VARIABLES.values())
+    named = ", ".join(variable.symbol for variable in shown_in(sets).values())
     return [
         f"Parameters can be traded: the tests do not tell {named} = {fine[1]} from {coarse[1]} (section 5 lists more such sets)."
     ]

@@ -3,11 +3,11 @@
 import numpy as np
 import pandas as pd
 
-from virtual_soil.calibration.models import space_of
 from virtual_soil.calibration.noise import error_of_mean, scatter_at
+from virtual_soil.calibration.space import space_of
 from virtual_soil.calibration.verify import UNASKED
 from virtual_soil.report.items import Entry, Item
-from virtual_soil.report.quantities import VARIABLES, header, variables_in_words
+from virtual_soil.report.quantities import header, shown_in, variables_in_words
 from virtual_soil.report.study import Study, known_points
 from virtual_soil.report.text import number, spoken, with_error
 
@@ -74,10 +74,10 @@ def best_table(study: Study) -> pd.DataFrame:
         distance = np.sqrt(sum(squares) / max(len(squares), 1)) if squares else pd.Series(np.nan, index=points.index)
         for place in distance.dropna().nsmallest(N_BEST).index:
             point = points.loc[place]
-            where = [number(point[name], variable.digits + 1, variable.scale) for name, variable in VARIABLES.items()]
+            where = [number(point[name], variable.digits + 1, variable.scale) for name, variable in study.variables.items()]
             found = [with_error(point[name], point[f"{name}_se"]) for name in study.responses]
             rows.append((spoken(case["case"]), number(distance[place]), *where, *found))
-    columns = [*map(header, VARIABLES.values()), *(header(response) for response in study.responses.values())]
+    columns = [*map(header, study.variables.values()), *(header(response) for response in study.responses.values())]
     return pd.DataFrame(rows, columns=["case", "distance", *columns])
 
 
@@ -93,7 +93,7 @@ def simulated_points(study: Study) -> pd.DataFrame:
         }
         errors = pd.Series({point: error_of_mean(response, rows, scatter[point], len(rows)) for point, rows in groups})
         parts.append(pd.DataFrame({name: groups[response.column].mean(), f"{name}_se": errors}))
-        places.append(groups[list(VARIABLES)].first())
+        places.append(groups[list(study.variables)].first())
     where = pd.concat(places)
     return pd.concat([where[~where.index.duplicated()], *parts], axis=1)
 
@@ -105,6 +105,6 @@ def gap_table(rounds: list[pd.DataFrame], verification: pd.DataFrame) -> pd.Data
         for _, row in comparison.iterrows():
             gap = with_error(row["gap"], row["gap_se"])
             rows.append((row["case"], spoken(row["response"]), k, variables_in_words(row), number(row["predicted_se"]), gap))
-    optimum = f"optimum ({', '.join(variable.symbol for variable in VARIABLES.values())})"
+    optimum = f"optimum ({', '.join(variable.symbol for variable in shown_in(verification).values())})"
     columns = ["case", "property", "round", optimum, "predicted error", "simulated − predicted"]
     return pd.DataFrame(rows, columns=columns).sort_values(["case", "property", "round"], ignore_index=True)

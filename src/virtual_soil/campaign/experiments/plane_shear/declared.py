@@ -82,6 +82,9 @@ REDUCED_BY: tuple[str, ...] = ()
 #: Entry of a soil file that `laboratory` reads: none yet.
 LABORATORY = None
 
+#: Settings of walls that may be design variables -> key of material that null stands for.
+PROPERTIES: dict[str, str] = {}
+
 #: Default seeds of each stage.
 SEEDS = {"design": [1], "check": [1], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
 

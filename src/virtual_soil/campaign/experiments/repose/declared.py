@@ -59,6 +59,9 @@ REDUCED_BY: tuple[str, ...] = ()
 #: Entry of a soil file that `laboratory` reads.
 LABORATORY = "repose_csv"
 
+#: Settings of walls that may be design variables -> key of material that null stands for.
+PROPERTIES = {"wall_static_friction": "static_friction", "wall_rolling_friction": "rolling_friction"}
+
 #: Default seeds of each stage.
 SEEDS = {"design": [1, 2], "check": [1], "refine": [1, 2], "verify": [101, 102, 103, 104, 105, 106, 107, 108, 109, 110]}
 
@@ -154,12 +157,10 @@ def as_printed(config: dict) -> bool:
 
 
 def wall_frictions(material: dict, config: dict) -> tuple[float, float]:
-    """Static and rolling friction of the walls that the grains touch."""
-    section = config[NAME]
-    return (
-        material["static_friction"] if section["wall_static_friction"] is None else section["wall_static_friction"],
-        material["rolling_friction"] if section["wall_rolling_friction"] is None else section["wall_rolling_friction"],
-    )
+    """Static and rolling friction of the walls that the grains touch: design variables, settings, or those between grains."""
+    settings = {name: material.get(name, config[NAME][name]) for name in PROPERTIES}
+    static, rolling = (material[PROPERTIES[name]] if value is None else value for name, value in settings.items())
+    return static, rolling
 
 
 def canonical(material: dict, config: dict) -> dict:
@@ -173,7 +174,7 @@ def setup(config: dict, row: dict) -> dict:
     Time limit and softening follow from the filled column, so they are right for grains and tubes of any size.
     """
     fidelity, soil = config["fidelity"][row["fidelity"]], soil_of(row)
-    protocol = {key: value for key, value in config[NAME].items() if key not in MEASURED_BY}
+    protocol = {key: row.get(key, value) for key, value in config[NAME].items() if key not in MEASURED_BY}
     scale, gravity = scale_m(config, row), config["engine"]["gravity_m_s2"]
     column = filled_height_m(soil, protocol["n_particles"], tube_area_m2(protocol["tube_diameter_ratio"], scale))
     limit, cap = time_limit_s(column, fidelity["lift_speed_m_s"], gravity), protocol["max_time_s"]

@@ -77,6 +77,9 @@ REDUCED_BY = ("strength", "normal_stress")
 #: Entry of a soil file that `laboratory` reads.
 LABORATORY = "direct_shear_csv"
 
+#: Settings of walls that may be design variables -> key of material that null stands for.
+PROPERTIES: dict[str, str] = {"frame_static_friction": "static_friction"}
+
 #: Default seeds of each stage.
 SEEDS = {"design": [1, 2], "check": [1, 2], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
 
@@ -204,7 +207,7 @@ def as_printed(config: dict) -> bool:
 
 def wall_frictions(material: dict, config: dict) -> tuple[float, float]:
     """Static and rolling friction of the walls that the grains touch."""
-    return config[NAME]["frame_static_friction"], 0.0
+    return material.get("frame_static_friction", config[NAME]["frame_static_friction"]), 0.0
 
 
 def canonical(material: dict, config: dict) -> dict:
@@ -215,7 +218,7 @@ def canonical(material: dict, config: dict) -> dict:
 def setup(config: dict, row: dict) -> dict:
     """Return keyword arguments of the test's Setup and of the engine for one row of the design."""
     fidelity, not_simulated = config["fidelity"][row["fidelity"]], {*STRESSES, "stresses", *REDUCED_BY}
-    protocol = {key: value for key, value in config[NAME].items() if key not in not_simulated}
+    protocol = {key: row.get(key, value) for key, value in config[NAME].items() if key not in not_simulated}
     protocol |= {
         "scale_radius_m": scale_m(config, row),
         "inertial_number": fidelity["shear_inertial_number"],
