@@ -4,6 +4,7 @@ import sys
 
 from snakemake.exceptions import WorkflowError
 
+from virtual_soil.campaign.apparatus import apparatus, with_gravity
 from virtual_soil.campaign.batches import (
     NAME,
     batches,
@@ -65,9 +66,11 @@ CHECKPOINT_INTERVAL_S = str(
 # Nor must the batch size.
 BATCH_MINUTES = config.pop("batch_minutes")
 # Nor must the list of keys whose unusual numbers are meant.
-config.pop("insist")
+INSIST = config.pop("insist")
 in_words(check_soils, config)
 config.update(in_declared_order(config, Study))
+config.update(in_words(apparatus, config, soil_files(config)))
+config["engine"] = with_gravity(config["engine"])
 config["material"] = with_walls(config)
 config["design"] = in_words(normal_form, config)
 config["twins"], LEFT_OUT = fitting_twins(config)
@@ -79,7 +82,7 @@ LOGS = f"logs/{config['study']}"
 # The simulations of the campaign are known at the start. Those of the later stages (rounds of refinement, then the verification)
 # depend on the optima.
 DESIGN = in_words(design_rows, config)
-SIMULATIONS = in_words(simulations, config, DESIGN)
+SIMULATIONS = in_words(simulations, config, DESIGN, INSIST)
 ROUNDS = config["refine"]["rounds"]
 LAST = f"{RESULTS}/rounds/{ROUNDS}"
 MORE_SEEDS = config["verify"]["more_seeds"]
@@ -125,7 +128,10 @@ COMPARED_BY = {
     "settings": {name: config[name] for name in TESTS},
 }
 # Sections that say how the simulations of a later stage are made.
-SIMULATED_BY = ("experiments", "material", "design", *TESTS, "engine")
+SIMULATED_BY = (
+    *("experiments", "material", "design", *TESTS, "engine"),
+    *("repose_test", "shear_test"),
+)
 # Least scales of the responses' errors.
 FLOORS = {
     name: floor
@@ -192,7 +198,7 @@ def stage_rows(stage):
 @functools.cache
 def proposed_simulations(path, changed_ns):
     """Return the design rows of a later stage by simulation; cached until the file's modification time changes."""
-    return in_words(simulations, config, in_words(proposed_rows, path))
+    return in_words(simulations, config, in_words(proposed_rows, path), INSIST)
 
 
 def settings_of(row):

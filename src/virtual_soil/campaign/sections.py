@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from dem.contact.model import DAMPING_MODELS, ROLLING
+from virtual_soil.campaign.experiments.apparatus import GRAVITY, SECTIONS
 from virtual_soil.campaign.experiments.registry import BY_DEFAULT, EXPERIMENTS, RESPONSES, responses_of
 from virtual_soil.campaign.settings import NAMES, choice, make, section, setting
 
@@ -196,7 +197,12 @@ class Engine:
         False,
     )
     vector_code: bool = setting("explicit vector code for the main kernels; false: plain numba, identical within rounding", True)
-    gravity_m_s2: float = setting("gravitational acceleration", 9.81, above=0, usual=(0.1, 1000.0))
+    gravity_m_s2: float = setting(
+        "gravitational acceleration: a number, or earth, moon, mars",
+        9.81,
+        usual=(0.1, 1000.0),
+        of=GRAVITY | {"type": ["number", "string"]},
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -403,6 +409,7 @@ Study = make(
         "screening": (Screening, section(Screening)),
         "fidelity": (Fidelity, section(Fidelity)),
         **{experiment.NAME: (experiment.Settings, section(experiment.Settings)) for experiment in reversed(EXPERIMENTS)},
+        **{name: (kind, section(kind)) for name, kind in SECTIONS.items()},
         "engine": (Engine, section(Engine)),
         "surrogate": (Surrogates, section(Surrogates)),
         "soils": (

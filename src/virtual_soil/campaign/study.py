@@ -3,12 +3,12 @@
 import itertools
 import math
 import re
+from collections.abc import Collection
 from functools import reduce
 from operator import getitem
 from pathlib import Path
 from typing import Any
 
-import jsonschema
 import numpy as np
 import pandas as pd
 import yaml
@@ -19,6 +19,8 @@ from virtual_soil.calibration.points import point_id
 from virtual_soil.calibration.screening import changed_materials
 from virtual_soil.calibration.space import space_of
 from virtual_soil.campaign import settings, yamls
+from virtual_soil.campaign.cost import expected_s
+from virtual_soil.campaign.described import LARGEST, described, shortened
 from virtual_soil.campaign.design import DESIGNED, expand
 from virtual_soil.campaign.experiments.registry import BY_NAME, BY_RESPONSE, LOADS, chosen, responses_of
 from virtual_soil.campaign.sections import USUAL_TERMS, Engine, Material, Study
@@ -34,10 +36,12 @@ PRINTED_ENGINE = ("rolling_model", "damping_model", "gravity_m_s2")
 SOIL_KEY = "of rule first_answer: a name in config/soils or a soil file; by default the study's soils"
 #: Folders in results/ that are not studies.
 RESERVED = ("first_answer", "verification")
-#: Maximum nesting depth of a configuration (the schema's is five), upper bound of numbers, maximum number of lines of a message.
-MAX_DEPTH, LARGEST, SHOWN = 20, 2.0**62, 20
+#: Maximum nesting depth of a configuration (the schema's is five), maximum number of lines of a message.
+MAX_DEPTH, SHOWN = 20, 20
 #: Upper bound of grains times steps of one simulation: 600 years at 50 million per second.
 MAX_GRAIN_STEPS = 1e18
+#: Longest expected time in s of a simulation of the laboratory's own apparatus that nobody need insist on.
+LONGEST_S = 24 * 3600.0
 
 
 class StudyError(InputError, ValueError):
@@ -110,18 +114,6 @@ def oddities(value, key: str = "", depth: int = 0):
         yield f"{name}: {shortened(value)} is neither a number nor a text, list or mapping."
 
 
-def shortened(value) -> str:
-    """Format a value for a message, shortened; Python refuses to print very long integers."""
-    text = "a whole number of more than 18 digits" if isinstance(value, int) and abs(value) >= LARGEST else str(value)
-    return text if len(text) <= 200 else f"{text[:200]}..."
-
-
-def described(value, schema: dict) -> list[str]:
-    """Return a line for every violation of a schema, in the order of the keys."""
-    errors = jsonschema.Draft202012Validator(schema).iter_errors(value)
-    return [describe(error) for error in sorted(errors, key=lambda error: list(map(str, error.path)))]
-
-
 def unusual(config: dict):
     """Yield a line for every number outside its usual range: most often it is in another unit. Keys in `insist` are left out."""
     ranges = {key: field.metadata["usual"] for key, field, _ in settings.leaves(Study)}
@@ -132,7 +124,7 @@ def unusual(config: dict):
             ranges[key], values[key] = ranges.get(f"material.{name}"), value
     for key, value in values.items():
         low, high = ranges[key] or (-math.inf, math.inf)
-        numbers = value if isinstance(value, list) else [value]
+        numbers = [number for number in (value if isinstance(value, list) else [value]) if isinstance(number, int | float)]
         beyond = [number for number in numbers if not low <= number <= high]
         if beyond and key not in config["insist"]:
             yield (
@@ -168,19 +160,6 @@ def described_materials(config: dict, rules: dict[str, dict]) -> list[str]:
     return lines
 
 
-def describe(error: jsonschema.ValidationError) -> str:
-    """Format a schema error as one line."""
-    key = ".".join(map(str, error.absolute_path)) or "the configuration"
-    if error.validator == "additionalProperties":
-        known = set(error.schema.get("properties", {}))
-        unknown = sorted(set(error.instance) - known)
-        return f"{key}: unknown key {', '.join(map(repr, unknown))}; allowed: {', '.join(sorted(known))}."
-    if error.validator == "required":
-        return f"{key}: {error.message}."
-    meaning = error.schema.get("description", "")
-    return f"{key}: {shortened(error.message)}{yamls.hint(error.instance)}." + (f" It means: {meaning}" if meaning else "")
-
-
 def design_rows(config: dict) -> list[dict]:
     """Return the rows of the design with plain Python values (None if a value does not apply)."""
     try:
@@ -190,8 +169,8 @@ def design_rows(config: dict) -> list[dict]:
     return plain_rows(table)
 
 
-def simulations(config: dict, rows: list[dict]) -> dict[str, dict]:
-    """Return simulation_id -> the simulated design row (without purposes) of all rows that share it."""
+def simulations(config: dict, rows: list[dict], insist: Collection[str] = ()) -> dict[str, dict]:
+    """Return simulation_id -> the simulated design row (without purposes) of all rows that share it; insist : see `check_times`."""
     found = {}
     for row in rows:
         if row["simulation_id"] not in found:
@@ -199,7 +178,31 @@ def simulations(config: dict, rows: list[dict]) -> dict[str, dict]:
             plain = {key: value for key, value in row.items() if key != "purposes"}
             found[row["simulation_id"]] = {**plain, **material, "point_id": point_id(material)}
     check_costs(config, found)
+    check_times(config, found, insist)
     return found
+
+
+def check_times(config: dict, rows: dict[str, dict], insist: Collection[str]) -> None:
+    """Refuse a laboratory's apparatus that takes more than a day with grains of this size, naming the size that would do.
+
+    Only where sizes in SI are stated, unless `insist` has their section. Grains times steps go with 1/r^4.
+    """
+    for section, experiment in (("repose_test", "repose"), ("shear_test", "shear")):
+        here = [row for row in rows.values() if row["experiment"] == experiment]
+        stated = [key for key, value in config[section].items() if key.endswith("_m") and value is not None]
+        if section in insist or not here or not stated:
+            continue
+        time_s, row = max(((expected_s(row, experiment_settings(config, row)), row) for row in here), key=lambda pair: pair[0])
+        if time_s > LONGEST_S:
+            larger = row | {"radius_m": float(f"{row['radius_m'] * (1.1 * time_s / LONGEST_S) ** 0.25:.2g}")}
+            then_s = expected_s(larger, experiment_settings(config, larger))
+            n, _ = BY_NAME[experiment].cost(row, experiment_settings(config, row))
+            slice_ = f", or a slice (width_m) of {LONGEST_S / time_s:.1g} of its width" if experiment == "shear" else ""
+            raise StudyError(
+                f"{section}: {n:.2g} grains of {1e3 * row['radius_m']:.3g} mm radius take {time_s / 3600:.3g} h of a core; "
+                f"allowed: {LONGEST_S / 3600:g} h, as with scaled-up grains of {1e3 * larger['radius_m']:.2g} mm ({then_s / 3600:.2g} h)"
+                f"{slice_}. If it is meant: insist: [{section}]"
+            )
 
 
 def check_costs(config: dict, rows: dict[str, dict]) -> None:

@@ -22,6 +22,7 @@ MODULES = {
             "REDUCED_BY",
             "LABORATORY",
             "PROPERTIES",
+            "DENSITIES",
             "SEEDS",
             "SOUND",
             "Settings",

@@ -9,6 +9,7 @@ from dem.contact.model import ROLLING
 from dem.experiments.soil import Engine, Soil
 from dem.factory import SPACING_RATIO
 from virtual_soil.calibration.errors import demand
+from virtual_soil.calibration.response import Response
 from virtual_soil.campaign.settings import setting
 
 SOIL_KEYS = tuple(Soil.__dataclass_fields__)
@@ -26,6 +27,20 @@ RESOLVED_RATIO = 0.01
 CONSOLIDATION_TIMES, CONSOLIDATION_STEPS = 40.0, 5500
 #: Minimum of E*/p with grains that are not softened: overlaps of (p/E*)^(2/3) = 1 % of the radius.
 LEAST_STIFFNESS = 1000.0
+
+
+def bulk_density(name: str, symbol: str, table: str) -> Response:
+    """Response of a bulk density; its error is the scatter over seeds."""
+    return Response(
+        name=name,
+        column=f"{name}_kg_m3",
+        unit="kg/m3",
+        symbol=symbol,
+        table=table,
+        usual=(100.0, 1e4),
+        of_consequence=30.0,
+        decisive_error=10.0,
+    )
 
 
 def stress_ratios() -> Any:

@@ -16,7 +16,7 @@ from virtual_soil.report.text import number, spoken
 from virtual_soil.report.views import coordination, distance_mm
 
 NAME, TITLE, SPECIMEN = "repose", "Angle of repose", "heap"
-RESPONSES = {"angle_of_repose": "Figure 5"}
+RESPONSES = {"angle_of_repose": "Figure 5", "bulk_density": None}
 FIGURES = {
     "lift": Entry("Figure 2: the tube is lifted", view="lift", hint="Slide through the lift, or play it."),
     "heap": Entry("Tube and heap at the base set"),

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from dem.experiments import plane_shear, specimen
 from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.response import Response
+from virtual_soil.campaign.experiments import apparatus
 from virtual_soil.campaign.experiments.common import (
     CONSOLIDATION_STEPS,
     CONSOLIDATION_TIMES,
@@ -17,6 +18,7 @@ from virtual_soil.campaign.experiments.common import (
     USUAL_ANGLES_DEG,
     USUAL_COHESIONS_PA,
     USUAL_STRESSES_PA,
+    bulk_density,
     check_stiffness,
     engine_of,
     normal_stresses_pa,
@@ -66,7 +68,7 @@ def responses(state: str) -> tuple[Response, Response]:
     )
 
 
-RESPONSES = (*responses("steady"), *responses("peak"))
+RESPONSES = (*responses("steady"), *responses("peak"), bulk_density("sheared_bulk_density", "ρb sheared", "plane_shear"))
 #: Column of the load of a simulation.
 LOAD = "normal_stress_pa"
 #: Quantity for the comparison of the accelerated test with the reference.
@@ -84,6 +86,9 @@ LABORATORY = None
 
 #: Settings of walls that may be design variables -> key of material that null stands for.
 PROPERTIES: dict[str, str] = {}
+
+#: Response of the bulk density -> measured solid fraction that it is the grains' density times, in simulations that count.
+DENSITIES = {"sheared_bulk_density_kg_m3": "steady_solid_fraction"}
 
 #: Default seeds of each stage.
 SEEDS = {"design": [1], "check": [1], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
@@ -147,12 +152,13 @@ REFERENCE = {
 
 def loads(config: dict, material: dict) -> list[float]:
     """Normal stresses in Pa of a point."""
-    return normal_stresses_pa(config[NAME], material, config["engine"]["gravity_m_s2"])
+    stated = apparatus.stresses_pa(config)
+    return normal_stresses_pa(config[NAME], material, config["engine"]["gravity_m_s2"]) if stated is None else stated
 
 
 def check_loads(config: dict) -> list[float]:
     """Normal stresses in Pa of the check points."""
-    return config["fidelity"]["check"]["normal_stresses_pa"]
+    return apparatus.check_stresses_pa(config)
 
 
 def floors(config: dict) -> dict[str, float]:

@@ -10,6 +10,7 @@ from dem.experiments import direct_shear, specimen
 from dem.experiments.soil import Soil
 from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.response import Response
+from virtual_soil.campaign.experiments import apparatus
 from virtual_soil.campaign.experiments.common import (
     CONSOLIDATION_STEPS,
     CONSOLIDATION_TIMES,
@@ -79,6 +80,9 @@ LABORATORY = "direct_shear_csv"
 
 #: Settings of walls that may be design variables -> key of material that null stands for.
 PROPERTIES: dict[str, str] = {"frame_static_friction": "static_friction"}
+
+#: Response of the bulk density -> measured solid fraction that it is the grains' density times, in simulations that count.
+DENSITIES: dict[str, str] = {}
 
 #: Default seeds of each stage.
 SEEDS = {"design": [1, 2], "check": [1, 2], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
@@ -179,6 +183,9 @@ REFERENCE = {"shear_stiffness_number": None, "shear_time_step_rayleigh_ratio": 0
 
 def loads(config: dict, material: dict) -> list[float]:
     """Normal stresses in Pa of a point; a box that grows with the grains is loaded in proportion."""
+    stated = apparatus.stresses_pa(config)
+    if stated is not None:
+        return stated
     grows = config["design"]["geometry"] == "scaled" and config[NAME]["stresses"] == "scaled"
     factor = material["radius_m"] / config["material"]["radius_m"] if grows else 1.0
     return normal_stresses_pa(config[NAME], material, config["engine"]["gravity_m_s2"], factor)
@@ -186,7 +193,7 @@ def loads(config: dict, material: dict) -> list[float]:
 
 def check_loads(config: dict) -> list[float]:
     """Normal stresses in Pa of the check points."""
-    return config["fidelity"]["check"]["normal_stresses_pa"]
+    return apparatus.check_stresses_pa(config)
 
 
 def floors(config: dict) -> dict[str, float]:
@@ -202,7 +209,7 @@ def strength(config: dict, response: str) -> str:
 def as_printed(config: dict) -> bool:
     """True if the protocol is the paper's slice, which the defaults are; stresses and evaluation do not matter."""
     same = ("length_ratio", "height_ratio", "width_ratio", "displacement_ratio", "frame_static_friction")
-    return all(config[NAME][key] == defaults(Settings)[key] for key in same)
+    return not apparatus.is_stated(config["shear_test"]) and all(config[NAME][key] == defaults(Settings)[key] for key in same)
 
 
 def wall_frictions(material: dict, config: dict) -> tuple[float, float]:
@@ -223,6 +230,7 @@ def setup(config: dict, row: dict) -> dict:
         "scale_radius_m": scale_m(config, row),
         "inertial_number": fidelity["shear_inertial_number"],
         "normal_stress_pa": row[LOAD],
+        **apparatus.box(config, row),
     }
     engine = {**config["engine"], "time_step_rayleigh_ratio": fidelity["shear_time_step_rayleigh_ratio"]}
     number, gravity = fidelity["shear_stiffness_number"], engine["gravity_m_s2"]
