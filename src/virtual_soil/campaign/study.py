@@ -198,10 +198,10 @@ def check_times(config: dict, rows: dict[str, dict], insist: Collection[str]) ->
             then_s = expected_s(larger, experiment_settings(config, larger))
             n, _ = BY_NAME[experiment].cost(row, experiment_settings(config, row))
             slice_ = f", or a slice (width_m) of {LONGEST_S / time_s:.1g} of its width" if experiment == "shear" else ""
+            enough = f"{1e3 * larger['radius_m']:.2g} mm ({then_s / 3600:.2g} h){slice_}"
             raise StudyError(
                 f"{section}: {n:.2g} grains of {1e3 * row['radius_m']:.3g} mm radius take {time_s / 3600:.3g} h of a core; "
-                f"allowed: {LONGEST_S / 3600:g} h, as with scaled-up grains of {1e3 * larger['radius_m']:.2g} mm ({then_s / 3600:.2g} h)"
-                f"{slice_}. If it is meant: insist: [{section}]"
+                f"allowed: {LONGEST_S / 3600:g} h, as with scaled-up grains of {enough}. If it is meant: insist: [{section}]"
             )
 
 
