@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
 import pandas as pd
 
 from virtual_soil.calibration.response import Response, Responses
@@ -72,7 +73,7 @@ def offers(config: dict) -> set[str]:
 
 def base_point(table: pd.DataFrame, config: dict) -> pd.DataFrame:
     """Rows of the point of the design nearest to the base set, at campaign fidelity."""
-    designed = [bool({*DESIGNED} & set(text.split(","))) for text in table["purposes"]]
+    designed = np.array([bool({*DESIGNED} & set(text.split(","))) for text in table["purposes"]], bool)
     points = table[designed & (table["fidelity"] == "campaign")].reset_index(drop=True)
     nearest = int(distance_from_base(config, points).argmin())
     return points[points["point_id"] == points.loc[nearest, "point_id"]]
