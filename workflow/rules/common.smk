@@ -129,7 +129,7 @@ COMPARED_BY = {
 }
 # Sections that say how the simulations of a later stage are made.
 SIMULATED_BY = (
-    *("experiments", "material", "design", *TESTS, "engine"),
+    *("experiments", "material", "grading", "design", *TESTS, "engine"),
     *("repose_test", "shear_test"),
 )
 # Least scales of the responses' errors.

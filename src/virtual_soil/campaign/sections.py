@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from dem.contact.model import DAMPING_MODELS, ROLLING
 from virtual_soil.campaign.experiments.apparatus import GRAVITY, SECTIONS
+from virtual_soil.campaign.experiments.grading import Grading
 from virtual_soil.campaign.experiments.registry import BY_DEFAULT, EXPERIMENTS, RESPONSES, responses_of
 from virtual_soil.campaign.settings import NAMES, choice, make, section, setting
 
@@ -405,6 +406,7 @@ Study = make(
             ),
         ),
         "material": (Material, section(Material)),
+        "grading": (Grading, section(Grading)),
         "design": (Design, section(Design)),
         "screening": (Screening, section(Screening)),
         "fidelity": (Fidelity, section(Fidelity)),

@@ -80,7 +80,8 @@ def material_card(optimum: dict, verification: list[dict], config: dict, provena
         },
         "models": words(config["engine"]["rolling_model"]),
         "simulated_with": {**config["fidelity"]["campaign"], "n_particles": config["repose"]["n_particles"],
-                           "gravity_m_s2": config["engine"]["gravity_m_s2"]},
+                           "gravity_m_s2": config["engine"]["gravity_m_s2"], "grading": config["grading"],
+                           "repose_test": config["repose_test"], "shear_test": config["shear_test"]},
         "provenance": {"config_sha256": config_hash(config), **provenance},
     }  # fmt: skip
     return check_card(without_nan(card))

@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass
 
 from virtual_soil.calibration.errors import demand
-from virtual_soil.campaign.experiments.common import SOLID_FRACTION, USUAL_STRESSES_PA, grain_volume_m3, soil_of
+from virtual_soil.campaign.experiments.common import SOLID_FRACTION, USUAL_STRESSES_PA, soil_of
 from virtual_soil.campaign.settings import setting
 
 #: Names of gravitational accelerations in m/s2.
@@ -109,8 +109,8 @@ def tube(config: dict, row: dict) -> dict:
         return frictions(config)
     fills = f"fill_height_m {height}, fill_mass_kg {mass}"
     demand((height is None) != (mass is None), "repose_test", fills, "just one of the two, beside tube_diameter_m")
-    soil = soil_of(row)
-    area, grain = math.pi * (0.5 * diameter) ** 2, grain_volume_m3(soil)
+    soil = soil_of(row, config)
+    area, grain = math.pi * (0.5 * diameter) ** 2, soil.grain_volume_m3
     solid = POURED * area * height if mass is None else mass / soil.density_kg_m3
     n, across = round(solid / grain), diameter / (2.0 * soil.radius_m)
     sizes = f"{1e3 * diameter:.3g} mm with grains of {1e3 * soil.radius_m:.3g} mm radius"

@@ -27,6 +27,7 @@ from virtual_soil.campaign.experiments.common import (
     stress_ratios,
     time_step_s,
 )
+from virtual_soil.campaign.experiments.grading import grading_of
 from virtual_soil.campaign.settings import setting
 
 NAME = "plane_shear"
@@ -193,19 +194,20 @@ def setup(config: dict, row: dict) -> dict:
     }
     least, largest = protocol["shear_strain"], protocol["max_shear_strain"]
     demand(least <= largest, f"{NAME}.max_shear_strain", largest, f"at least {NAME}.shear_strain, {least:g}")
-    number, soil = fidelity["plane_shear_stiffness_number"], soil_of(row)
+    number, soil = fidelity["plane_shear_stiffness_number"], soil_of(row, config)
     check_stiffness(soil, row[LOAD], number, f"fidelity.{row['fidelity']}.plane_shear_stiffness_number")
     engine = {
         **config["engine"],
         "time_step_rayleigh_ratio": fidelity["plane_shear_time_step_rayleigh_ratio"],
         "stiffness_reduction": specimen.stiffness_reduction(soil, plane_shear.Setup(**protocol), number, 0.0),
     }
-    return {"setup": protocol, "engine": engine}
+    return {"setup": protocol, "engine": engine, **grading_of(config)}
 
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:
     """Return the number of grains and the expected steps: consolidation, then the shear strain at which most tests are steady."""
-    soil, step = soil_of(row), time_step_s(soil_of(row), engine_of(settings))
+    soil = soil_of(row, settings)
+    step = time_step_s(soil, engine_of(settings))
     test = plane_shear.Setup(**settings["setup"])
     consolidation = max(CONSOLIDATION_STEPS, CONSOLIDATION_TIMES * specimen.inertial_time(soil, test) / step)
     return specimen.n_grains(soil, test), consolidation + test.shear_strain / plane_shear.shear_rate(soil, test) / step

@@ -23,6 +23,7 @@ from virtual_soil.campaign.experiments.common import (
     soil_of,
     time_step_s,
 )
+from virtual_soil.campaign.experiments.grading import grading_of
 from virtual_soil.campaign.settings import choice, defaults, setting
 
 NAME = "repose"
@@ -192,7 +193,7 @@ def setup(config: dict, row: dict) -> dict:
 
     Time limit and softening follow from the filled column, so they are right for grains and tubes of any size.
     """
-    fidelity, soil = config["fidelity"][row["fidelity"]], soil_of(row)
+    fidelity, soil = config["fidelity"][row["fidelity"]], soil_of(row, config)
     protocol = {key: value for key, value in config[NAME].items() if key not in MEASURED_BY}
     own = apparatus.tube(config, row)
     scale, gravity, speed = scale_m(config, row), gravity_m_s2(config), lift_speed_m_s(config, row["fidelity"])
@@ -211,7 +212,7 @@ def setup(config: dict, row: dict) -> dict:
         "time_step_rayleigh_ratio": fidelity["repose_time_step_rayleigh_ratio"],
         "stiffness_reduction": softening(soil, stress, number),
     }
-    return {"setup": protocol, "engine": engine}
+    return {"setup": protocol, "engine": engine, **grading_of(config)}
 
 
 def flat_bound_deg(n_particles: int) -> float:
@@ -240,7 +241,7 @@ def softening(soil: Soil, stress_pa: float, number: float | None) -> float:
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:
     """Return the number of grains and the expected steps: fall of the column, then lift of the tube over the filled height."""
-    soil, engine = soil_of(row), engine_of(settings)
+    soil, engine = soil_of(row, settings), engine_of(settings)
     test = angle_of_repose.Setup(**settings["setup"])
     area = tube_area_m2(test.tube_diameter_ratio, test.scale_radius_m)
     fall_s = math.sqrt(2.0 * loose_column_m(soil, test.n_particles, area) / engine.gravity_m_s2)

@@ -28,6 +28,7 @@ from virtual_soil.campaign.experiments.common import (
     stress_ratios,
     time_step_s,
 )
+from virtual_soil.campaign.experiments.grading import grading_of
 from virtual_soil.campaign.settings import choice, defaults, setting
 
 NAME = "shear"
@@ -234,13 +235,14 @@ def setup(config: dict, row: dict) -> dict:
     }
     engine = {**config["engine"], "time_step_rayleigh_ratio": fidelity["shear_time_step_rayleigh_ratio"]}
     number, gravity = fidelity["shear_stiffness_number"], engine["gravity_m_s2"]
-    test, soil = direct_shear.Setup(**protocol), soil_of(row)
+    test, soil = direct_shear.Setup(**protocol), soil_of(row, config)
     check_lid(soil, test, gravity)
     stress = specimen.plane_stress_pa(soil, test, gravity)
     check_stiffness(soil, stress, number, f"fidelity.{row['fidelity']}.shear_stiffness_number")
     return {
         "setup": protocol,
         "engine": engine | {"stiffness_reduction": specimen.stiffness_reduction(soil, test, number, gravity)},
+        **grading_of(config),
     }
 
 
@@ -257,7 +259,8 @@ def check_lid(soil: Soil, test: direct_shear.Setup, gravity_m_s2: float) -> None
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:
     """Return the number of grains and the expected steps: consolidation, then displacement of the lower frame."""
-    soil, step = soil_of(row), time_step_s(soil_of(row), engine_of(settings))
+    soil = soil_of(row, settings)
+    step = time_step_s(soil, engine_of(settings))
     test = direct_shear.Setup(**settings["setup"])
     n = specimen.n_grains(soil, test)
     consolidation = max(CONSOLIDATION_STEPS, CONSOLIDATION_TIMES * specimen.inertial_time(soil, test) / step)
