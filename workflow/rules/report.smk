@@ -23,7 +23,7 @@ LIFT = base_settings(recorded.NAME) if recorded.NAME in TESTS else ({}, {})
 
 
 # Figures of the study.
-SHOWN = figure_names(config, bool(laboratory_of(soil_files(config))))
+SHOWN = figure_names(config, set(laboratory_of(soil_files(config))))
 
 
 rule record_lift:

@@ -35,16 +35,15 @@ def core_solid_fraction(positions, radii, vessel_radius_m: float) -> float:
     Returns
     -------
     float
-        Of the core, WALL_LAYER from wall, floor and surface (the height that nine tenths of the grains lie below); NaN where the
-        filling is too low to have one. The same in every run.
+        Of the core, WALL_LAYER from wall and floor and half of it from the surface (the height that nine tenths of the grains lie
+        below); of a low filling its middle half. NaN without grains. The same in every run.
     """
     positions, radii = np.asarray(positions, float).reshape(-1, 3), np.asarray(radii, float)
     if len(radii) == 0:
         return math.nan
     layer = WALL_LAYER * 2.0 * radii.mean()
-    low, high = layer, np.quantile(positions[:, 2], 0.9) - 0.5 * layer
-    if high <= low + layer:
-        return math.nan
+    surface = float(np.quantile(positions[:, 2], 0.9))
+    low, high = min(layer, 0.25 * surface), max(surface - 0.5 * layer, 0.75 * surface)
     core = max(vessel_radius_m - layer, LEAST_CORE * vessel_radius_m)
     u, v, w = qmc.Sobol(3, seed=0).random_base2(N_LOG2).T
     along = np.column_stack([np.cos(2.0 * np.pi * v), np.sin(2.0 * np.pi * v)])

@@ -45,7 +45,7 @@ def test_small_grains_between_large_ones_count():
     assert core_solid_fraction(both, radii, 12.0) == pytest.approx(math.pi / 6.0 * (1.0 + small**3), rel=0.01)
 
 
-def test_a_filling_too_low_to_have_a_core_has_no_density():
-    places = vessel([[0, 0, 0]], 2.0, height=8.0)
-    assert math.isnan(core_solid_fraction(places, np.ones(len(places)), 12.0))
+def test_a_low_filling_has_the_density_of_its_middle_and_no_grains_none():
+    places = vessel([[0, 0, 0]], 2.0, height=10.0)
+    assert core_solid_fraction(places, np.ones(len(places)), 12.0) == pytest.approx(math.pi / 6.0, rel=0.1)
     assert math.isnan(core_solid_fraction(np.zeros((0, 3)), np.zeros(0), 12.0))

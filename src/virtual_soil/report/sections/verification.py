@@ -6,6 +6,7 @@ import pandas as pd
 from virtual_soil.calibration.noise import error_of_mean, scatter_at
 from virtual_soil.calibration.space import space_of
 from virtual_soil.calibration.verify import UNASKED
+from virtual_soil.report.curves import curves_at, draw_beside, sheared_test
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.quantities import header, shown_in, variables_in_words
 from virtual_soil.report.study import Study, known_points
@@ -13,15 +14,22 @@ from virtual_soil.report.text import number, spoken, with_error
 
 NAME, TITLE, HEADING = "verification", "6. Simulating the answer", "6. Simulating the answer"
 LINKS = {"verification": "6. Simulating the answer"}
-FIGURES: dict[str, Entry] = {}
+FIGURES = {"curves": Entry("Shear curves: laboratory, and simulated at the optimum", needs="curves")}
 TABLES = {"verification": "Optima simulated", "best": "Best simulated points"}
 #: Simulated points listed for every case.
 N_BEST = 5
 
 
-def figures(_study: Study) -> dict[str, Item]:
-    """No figures."""
-    return {}
+def figures(study: Study) -> dict[str, Item]:
+    """Shear curves beside the laboratory's, for the first case whose soil has some."""
+    experiment, ours = sheared_test(study.config), study.tables["calibration"].query("surrogate == 'ours'")
+    with_curves = ours[ours["soil"].isin(list(study.laboratory))]
+    if with_curves.empty or experiment is None:
+        return {}
+    optimum = with_curves.iloc[0]
+    tests, simulated = study.laboratory[optimum["soil"]], curves_at(study, optimum)
+    alt = f"Shear stress over normal stress: tests of the laboratory beside those simulated at the optimum of {optimum['case']}"
+    return {"curves": Item(draw_beside(tests, simulated, experiment), simulated, alt)}
 
 
 def tables(study: Study) -> dict[str, pd.DataFrame]:
