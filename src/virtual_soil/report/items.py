@@ -11,8 +11,7 @@ class Entry:
     """A figure in the list of contents.
 
     view: name of the interactive view in views.js that is drawn over it; hint: how to use that view.
-    needs: what a design must offer for the figure to be drawn, see `report.study.offers`, or "curves", those of a laboratory; empty:
-    nothing.
+    needs: what a design must offer for the figure to be drawn, see `report.study.offers`, or "curves": of a laboratory.
     """
 
     title: str
