@@ -68,7 +68,7 @@ def offers(config: dict) -> set[str]:
         return {"filling", *(["plane"] if frictions <= variables <= {*frictions, "radius_m"} else [])}
     if set(design["grid"]) != frictions or not variables <= {*frictions, "radius_m"}:
         return set()
-    return {"plane", "grid", *(["sweep"] if "radius_m" in design["sweep"] else [])}
+    return {"plane", "grid", *(["sweep"] if "radius_m" in variables & set(design["sweep"]) else [])}
 
 
 def base_point(table: pd.DataFrame, config: dict) -> pd.DataFrame:
