@@ -83,7 +83,11 @@ def filling(space: Space, n: int) -> list[dict[str, float]]:
     k = len(space.variables)
     corners = np.array(list(itertools.product([0.0, 1.0], repeat=k))) if 2**k <= CORNER_SHARE * n else np.zeros((0, k))
     inner = qmc.Sobol(k, seed=SOBOL_SEED).random_base2(math.ceil(math.log2(n)))[: n - len(corners)]
-    values = space.values(np.vstack([corners, inner]))
+    unit = np.vstack([corners, inner])
+    values = space.values(unit)
+    for k, name in enumerate(space.variables):  # the logarithm's rounding would leave a corner's zero at 1e-17
+        low, high = space.ranges[name]
+        values[name] = np.where(unit[:, k] == 0.0, low, np.where(unit[:, k] == 1.0, high, values[name]))
     return [{name: float(f"{values[name][row]:.4g}") for name in space.variables} for row in range(n)]
 
 
