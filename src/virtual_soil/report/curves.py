@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from virtual_soil.campaign.experiments.shear.laboratory import ShearTests
 from virtual_soil.report.plots import COLOURS
-from virtual_soil.report.study import Study
+from virtual_soil.report.study import Study, runs_at
 
 #: Experiment -> column of its history along which its specimens are sheared, factor to the printed unit, and words.
 SHEARED = {
@@ -25,11 +25,9 @@ def curves_at(study: Study, optimum: pd.Series) -> pd.DataFrame:
     """Histories of all simulations of an optimum as one table, with their normal stress and seed."""
     name = sheared_test(study.config)
     assert name is not None
-    runs = study.every[name].drop_duplicates("simulation_id")
-    here = np.logical_and.reduce([np.isclose(runs[key], optimum[key], rtol=1e-3) for key in study.config["design"]["variables"]])
     parts = [
         study.histories[run["simulation_id"]].assign(normal_stress_pa=run["normal_stress_pa"], seed=run["seed"])
-        for _, run in runs[here & (runs["fidelity"] == "campaign")].iterrows()
+        for _, run in runs_at(study, name, optimum).iterrows()
         if run["simulation_id"] in study.histories
     ]
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=["normal_stress_pa", "seed"])

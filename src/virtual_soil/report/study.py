@@ -13,6 +13,8 @@ from virtual_soil.campaign.experiments.shear.laboratory import ShearTests
 from virtual_soil.campaign.study import as_printed, distance_from_base
 from virtual_soil.report.quantities import VARIABLES, Variable
 
+#: Relative difference up to which a simulated point is an optimum: points are rounded to four digits.
+SAME_POINT = 1e-3
 #: Columns of a table of grains.
 GRAIN_COLUMNS = ["x_m", "y_m", "z_m", "radius_m", "speed_m_s"]
 
@@ -77,6 +79,13 @@ def base_point(table: pd.DataFrame, config: dict) -> pd.DataFrame:
     points = table[designed & (table["fidelity"] == "campaign")].reset_index(drop=True)
     nearest = int(distance_from_base(config, points).argmin())
     return points[points["point_id"] == points.loc[nearest, "point_id"]]
+
+
+def runs_at(study: Study, experiment: str, optimum: Mapping) -> pd.DataFrame:
+    """Rows of all simulations of an experiment at an optimum, at campaign fidelity."""
+    runs = study.every[experiment].drop_duplicates("simulation_id")
+    same = [np.isclose(runs[name], optimum[name], rtol=SAME_POINT) for name in study.config["design"]["variables"]]
+    return runs[np.logical_and.reduce(same) & (runs["fidelity"] == "campaign").to_numpy()]
 
 
 def couple(row: Mapping) -> str:

@@ -12,7 +12,7 @@ from virtual_soil.campaign.experiments.common import LARGEST_OVERLAP_RATIO
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.quantities import header, printed_unit, shown_in, symbol, symbols, value_with_interval, variables_in_words
-from virtual_soil.report.study import Study
+from virtual_soil.report.study import Study, runs_at
 from virtual_soil.report.text import number, spoken, with_error
 
 NAME, TITLE, HEADING = "answer", "The answer", "The answer"
@@ -22,7 +22,14 @@ BEYOND = re.compile("|".join(beyond for beyond, _ in QUESTIONS.values()))
 #: The setting `optimise.errors` in words.
 ERRORS = {"relative": "relative to the targets, as in the paper", "combined": "in units of the combined standard uncertainties"}
 FIGURES: dict[str, Entry] = {}
-TABLES = {"answer": "Calibrated grain parameters", "properties": "Properties at the optima"}
+TABLES = {"answer": "Calibrated grain parameters", "properties": "Properties at the optima", "packing": "How dense the soils are"}
+#: Experiment, column of its solid fraction, and the state of the soil in words.
+STATES = (
+    ("repose", "poured_solid_fraction", "poured into the tube"),
+    ("plane_shear", "solid_fraction", "prepared for plane shear"),
+    ("plane_shear", "steady_solid_fraction", "steadily sheared"),
+    ("shear", "solid_fraction", "prepared in the shear box"),
+)
 
 
 def figures(_study: Study) -> dict[str, Item]:
@@ -35,6 +42,7 @@ def tables(study: Study) -> dict[str, pd.DataFrame]:
     return {
         "answer": answer_table(study.tables["calibration"]),
         "properties": properties_table(study.tables["verification"], study.responses),
+        "packing": packing_table(study),
     }
 
 
@@ -153,6 +161,22 @@ def properties_table(verification: pd.DataFrame, responses: Responses) -> pd.Dat
             columns.append([with_error(v, e) for v, e in zip(rows[kind], rows[f"{kind}_se"], strict=True)])
         names += [header(response), "predicted", "simulated"]
     return pd.DataFrame(list(zip(cases, *columns, strict=True)), columns=names)
+
+
+def packing_table(study: Study) -> pd.DataFrame:
+    """Solid fraction, void ratio and bulk density of every optimum in the states that its tests know: means of its runs."""
+    rows = []
+    for _, optimum in study.tables["calibration"].query("surrogate == 'ours'").iterrows():
+        for experiment, column, state in STATES:
+            if experiment not in study.every:
+                continue
+            runs = runs_at(study, experiment, optimum)
+            fraction = runs[column].mean() if column in runs else float("nan")
+            density = fraction * runs["density_kg_m3"].mean()
+            cells = number(fraction, 3), number(1.0 / fraction - 1.0, 3), number(density, 0)
+            rows.append((spoken(optimum["case"]), state, *cells, len(runs)))
+    columns = ["case", "state", "solid fraction", "void ratio", "bulk density (kg/m³)", "simulations"]
+    return pd.DataFrame(rows, columns=columns)
 
 
 def answer_remarks(study: Study) -> list[str]:
