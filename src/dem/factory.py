@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from dem.material import require
+from dem.material import require, require_vector
 
 #: Spacing of the layers in mean diameters of the largest grain: close, so that filling needs few steps, yet without contact.
 SPACING_RATIO = 1.125
@@ -121,6 +121,11 @@ class TubeRegion:
     bottom_m: float
     centre_m: tuple[float, float] = (0.0, 0.0)
 
+    def __post_init__(self):
+        require(0 < self.radius_m < math.inf, "radius_m of a region", self.radius_m, "a positive number")
+        require(math.isfinite(self.bottom_m), "bottom_m of a region", self.bottom_m, "a finite number")
+        require_vector(self.centre_m, 2, "centre_m of a region")
+
     def layer(self, spacing, margin, rng) -> np.ndarray:
         """Horizontal positions (k, 2) of one layer: a square lattice, turned and shifted at random."""
         half = math.ceil(self.radius_m / spacing) + 2
@@ -141,6 +146,11 @@ class BoxRegion:
     bottom_m: float
     periodic_x: bool = False
     periodic_y: bool = False
+
+    def __post_init__(self):
+        require_vector(self.low_m, 2, "low_m of a region")
+        require_vector(self.high_m, 2, "high_m of a region")
+        require(math.isfinite(self.bottom_m), "bottom_m of a region", self.bottom_m, "a finite number")
 
     def layer(self, spacing, margin, rng) -> np.ndarray:
         """Horizontal positions (k, 2) of one layer: a square lattice stretched to fill the box, shifted at random."""
@@ -174,6 +184,8 @@ class Factory:
 
     def __post_init__(self):
         require(self.n_grains > 0, "n_grains", self.n_grains, "at least 1")
+        require(math.isfinite(self.time_s), "time_s of a factory", self.time_s, "a finite number")
+        require_vector(self.velocity_m_s, 3, "velocity_m_s of a factory")
 
     def make(self) -> tuple[np.ndarray, np.ndarray]:
         """Positions (n, 3) and radii (n,) in m. Raises ValueError when not a single grain fits into a layer."""
