@@ -24,6 +24,7 @@ from virtual_soil.campaign.experiments.registry import (
     RESPONSES,
     chosen,
 )
+from virtual_soil.campaign.folders import check_folders
 from virtual_soil.campaign.provenance import versions
 from virtual_soil.campaign.sections import LIMITS, Study
 from virtual_soil.campaign.settings import in_declared_order
@@ -35,6 +36,7 @@ from virtual_soil.campaign.study import (
     check_soils,
     design_rows,
     experiment_settings,
+    file_of_checkout,
     first_answer_soils,
     planned_stages,
     proposed_rows,
@@ -55,10 +57,15 @@ def in_words(function, *arguments):
         raise WorkflowError(str(error)) from None
 
 
-in_words(check_files, workflow.overwrite_configfiles or ["config/config.yaml"])
+# The study's results are written below the working directory; the checkout may be elsewhere (--directory, --snakefile).
+CHECKOUT = Path(workflow.basedir)
+in_words(check_folders, CHECKOUT, Path.cwd(), sys.executable)
+in_words(
+    check_files, workflow.overwrite_configfiles or [CHECKOUT / "config/config.yaml"]
+)
 in_words(check_config, config)
 # Remove `soil` from the configuration: it must not trigger reruns.
-FIRST_ANSWERS = in_words(first_answer_soils, config.pop("soil", None), config)
+FIRST_ANSWERS = in_words(first_answer_soils, config.pop("soil", None), config, CHECKOUT)
 # Nor must the checkpoint interval.
 CHECKPOINT_INTERVAL_S = str(
     config.pop("checkpoint_interval_s")
@@ -67,9 +74,10 @@ CHECKPOINT_INTERVAL_S = str(
 BATCH_MINUTES = config.pop("batch_minutes")
 # Nor must the list of keys whose unusual numbers are meant.
 INSIST = config.pop("insist")
-in_words(check_soils, config)
+in_words(check_soils, config, CHECKOUT)
+SOIL_FILES = soil_files(config, CHECKOUT)
 config.update(in_declared_order(config, Study))
-config.update(in_words(apparatus, config, soil_files(config)))
+config.update(in_words(apparatus, config, SOIL_FILES))
 config["engine"] = with_gravity(config["engine"])
 config["material"] = with_walls(config)
 config["design"] = in_words(normal_form, config)
@@ -96,7 +104,7 @@ FIRST_SEEDS = {
 # The engine's fingerprint is part of a simulation's identity. Every rule has the parameter `code`, the fingerprint of its script and
 # of all modules that the script imports. Snakemake itself compares only the script's modification time (profiles/default disables
 # that).
-CODE = Code(Path(workflow.basedir))
+CODE = Code(CHECKOUT)
 ENGINE = CODE.of_package("src/dem", without="src/dem/measure")
 
 # Names of the study's experiments.
@@ -143,8 +151,11 @@ FLOORS = {
 CASES = [case["case"] for case in config["optimise"]["cases"]]
 EXPORT_FILES = [name for name, _ in PROGRAMS.values()]
 EXPORT_TEMPLATES = [
-    "src/virtual_soil/exports/material.schema.json",
-    *(f"src/virtual_soil/exports/templates/{name}.j2" for name in EXPORT_FILES),
+    file_of_checkout(f"src/virtual_soil/exports/{name}", CHECKOUT)
+    for name in (
+        "material.schema.json",
+        *(f"templates/{name}.j2" for name in EXPORT_FILES),
+    )
 ]
 
 

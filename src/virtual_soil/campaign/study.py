@@ -278,21 +278,27 @@ def experiment_settings(config: dict, row: dict) -> dict:
     return BY_NAME[row["experiment"]].setup(config, row)
 
 
-def soil_files(config: dict) -> list[str]:
-    """Return the soil files of a study; raises StudyError listing the existing files if one is missing."""
-    folder = Path("config/soils")
-    for soil in config["soils"]:
-        if not (folder / f"{soil}.yaml").is_file():
-            known = ", ".join(sorted(path.stem for path in folder.glob("*.yaml")))
+def file_of_checkout(path: str, checkout: str | Path) -> str:
+    """Return a path below the working directory if it exists there (as in the checkout itself), otherwise below the checkout."""
+    return path if Path(path).exists() else (Path(checkout) / path).as_posix()
+
+
+def soil_files(config: dict, checkout: str | Path = ".") -> list[str]:
+    """Return the soil files of a study, of the working directory or the checkout; raises StudyError if one is missing."""
+    files = [file_of_checkout(f"config/soils/{soil}.yaml", checkout) for soil in config["soils"]]
+    for soil, file in zip(config["soils"], files, strict=True):
+        if not Path(file).is_file():
+            folders = {Path("config/soils"), Path(checkout) / "config/soils"}
+            known = ", ".join(sorted({path.stem for folder in folders for path in folder.glob("*.yaml")}))
             raise StudyError(f"soils: there is no config/soils/{soil}.yaml; existing soils: {known}.")
-    return [f"config/soils/{soil}.yaml" for soil in config["soils"]]
+    return files
 
 
-def first_answer_soils(soil: str | None, config: dict) -> dict[str, str]:
+def first_answer_soils(soil: str | None, config: dict, checkout: str | Path = ".") -> dict[str, str]:
     """Return name -> soil file for rule first_answer: one soil, given by name or file, or all soils of the study."""
     if soil is None:
-        return dict(zip(config["soils"], soil_files(config), strict=True))
-    path = soil if Path(soil).suffix in (".yaml", ".yml") else soil_files({"soils": [soil]})[0]
+        return dict(zip(config["soils"], soil_files(config, checkout), strict=True))
+    path = soil if Path(soil).suffix in (".yaml", ".yml") else soil_files({"soils": [soil]}, checkout)[0]
     if not Path(path).is_file():
         raise StudyError(f"soil: there is no file {path}; allowed: a soil file (.yaml), or a name in config/soils.")
     name = Path(path).stem
@@ -326,10 +332,10 @@ def check_strengths(config: dict, case: dict, targets: pd.DataFrame) -> None:
         )
 
 
-def check_soils(config: dict) -> None:
+def check_soils(config: dict, checkout: str | Path = ".") -> None:
     """Read every soil file to refuse impossible targets before any simulation; also check that every case names a soil."""
     try:
-        measured = {Path(path).stem: measure_soil(path) for path in soil_files(config)}
+        measured = {Path(path).stem: measure_soil(path) for path in soil_files(config, checkout)}
         targets = {soil: set(table["property"]) for soil, table in measured.items()}
         known, responses = [*config["soils"], *config["twins"]], responses_of(config["experiments"])
         for case in config["optimise"]["cases"]:
