@@ -120,7 +120,7 @@ def from_value(path: Path, response: Response, entry) -> dict:
     demand(isinstance(entry["source"], str), f"{path}: {key}.source", repr(entry["source"]), "a text")
     uncertainty = entry.get("standard_uncertainty")
     ok = uncertainty is None or is_number(uncertainty)
-    demand(ok, f"{path}: {key}.standard_uncertainty", repr(uncertainty), "a number")
+    demand(ok, f"{path}: {key}.standard_uncertainty", repr(uncertainty), f"a number{yamls.hint(uncertainty)}")
     return {
         "property": response.name,
         "value": float(entry["value"]),
