@@ -187,7 +187,8 @@ def check_times(config: dict, rows: dict[str, dict], insist: Collection[str]) ->
 
     Only where sizes in SI are stated, unless `insist` has their section. Grains times steps go with 1/r^4.
     """
-    for section, experiment in (("repose_test", "repose"), ("shear_test", "shear")):
+    for test in chosen(config["experiments"]):
+        section, experiment = test.APPARATUS, test.NAME
         here = [row for row in rows.values() if row["experiment"] == experiment]
         stated = [key for key, value in config[section].items() if key.endswith("_m") and value is not None]
         if section in insist or not here or not stated:
@@ -197,7 +198,7 @@ def check_times(config: dict, rows: dict[str, dict], insist: Collection[str]) ->
             larger = row | {"radius_m": float(f"{row['radius_m'] * (1.1 * time_s / LONGEST_S) ** 0.25:.2g}")}
             then_s = expected_s(larger, experiment_settings(config, larger))
             n, _ = BY_NAME[experiment].cost(row, experiment_settings(config, row))
-            slice_ = f", or a slice (width_m) of {LONGEST_S / time_s:.1g} of its width" if experiment == "shear" else ""
+            slice_ = f", or a slice (width_m) of {LONGEST_S / time_s:.1g} of its width" if "width_m" in config[section] else ""
             enough = f"{1e3 * larger['radius_m']:.2g} mm ({then_s / 3600:.2g} h){slice_}"
             raise StudyError(
                 f"{section}: {n:.2g} grains of {1e3 * row['radius_m']:.3g} mm radius take {time_s / 3600:.3g} h of a core; "

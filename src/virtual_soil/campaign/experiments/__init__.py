@@ -23,6 +23,7 @@ MODULES = {
             "LABORATORY",
             "PROPERTIES",
             "DENSITIES",
+            "APPARATUS",
             "SEEDS",
             "SOUND",
             "Settings",

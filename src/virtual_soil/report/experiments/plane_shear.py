@@ -33,6 +33,11 @@ ASSUMPTIONS = (
     "Steady strength is the mean over the last half of the strain, which a test adds to until that mean no longer drifts.",
 )
 
+#: Column of the history along which specimens are sheared, factor to the printed unit, words; None: they are not.
+SHEARED = ("shear_strain", 1.0, "shear strain")
+#: Column of a solid fraction -> state of the soil in words.
+SOLID_FRACTIONS = {"solid_fraction": "prepared for plane shear", "steady_solid_fraction": "steadily sheared"}
+
 #: As of the shear box: no views of moving grains, period along y, colour in the film.
 packed_views, period_m, colour = box.packed_views, box.period_m, box.colour
 #: State of the soil -> names of cohesion and friction angle.

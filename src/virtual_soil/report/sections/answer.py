@@ -10,6 +10,7 @@ from virtual_soil.calibration.response import Responses
 from virtual_soil.calibration.verify import QUESTIONS, UNASKED, UNSIMULATED
 from virtual_soil.campaign.experiments.common import LARGEST_OVERLAP_RATIO
 from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.report.experiments import of_study
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.quantities import header, printed_unit, shown_in, symbol, symbols, value_with_interval, variables_in_words
 from virtual_soil.report.study import Study, runs_at
@@ -23,13 +24,6 @@ BEYOND = re.compile("|".join(beyond for beyond, _ in QUESTIONS.values()))
 ERRORS = {"relative": "relative to the targets, as in the paper", "combined": "in units of the combined standard uncertainties"}
 FIGURES: dict[str, Entry] = {}
 TABLES = {"answer": "Calibrated grain parameters", "properties": "Properties at the optima", "packing": "How dense the soils are"}
-#: Experiment, column of its solid fraction, and the state of the soil in words.
-STATES = (
-    ("repose", "poured_solid_fraction", "poured into the tube"),
-    ("plane_shear", "solid_fraction", "prepared for plane shear"),
-    ("plane_shear", "steady_solid_fraction", "steadily sheared"),
-    ("shear", "solid_fraction", "prepared in the shear box"),
-)
 
 
 def figures(_study: Study) -> dict[str, Item]:
@@ -167,9 +161,8 @@ def packing_table(study: Study) -> pd.DataFrame:
     """Solid fraction, void ratio and bulk density of every optimum in the states that its tests know: means of its runs."""
     rows = []
     for _, optimum in study.tables["calibration"].query("surrogate == 'ours'").iterrows():
-        for experiment, column, state in STATES:
-            if experiment not in study.every:
-                continue
+        states = [(test.NAME, *state) for test in of_study(study.config) for state in test.SOLID_FRACTIONS.items()]
+        for experiment, column, state in states:
             runs = runs_at(study, experiment, optimum)
             fraction = runs[column].mean() if column in runs else float("nan")
             density = fraction * runs["density_kg_m3"].mean()

@@ -29,7 +29,7 @@ def figures(study: Study) -> dict[str, Item]:
     optimum = with_curves.iloc[0]
     tests, simulated = study.laboratory[optimum["soil"]], curves_at(study, optimum)
     alt = f"Shear stress over normal stress: tests of the laboratory beside those simulated at the optimum of {optimum['case']}"
-    return {"curves": Item(draw_beside(tests, simulated, experiment), simulated, alt)}
+    return {"curves": Item(draw_beside(tests, simulated, experiment.SHEARED), simulated, alt)}
 
 
 def tables(study: Study) -> dict[str, pd.DataFrame]:

@@ -91,6 +91,9 @@ PROPERTIES: dict[str, str] = {}
 #: Response of the bulk density -> measured solid fraction that it is the grains' density times, in simulations that count.
 DENSITIES = {"sheared_bulk_density_kg_m3": "steady_solid_fraction"}
 
+#: Section that states the laboratory's apparatus (`experiments.apparatus`).
+APPARATUS = "shear_test"
+
 #: Default seeds of each stage.
 SEEDS = {"design": [1], "check": [1], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
 

@@ -69,6 +69,9 @@ PROPERTIES = {"wall_static_friction": "static_friction", "wall_rolling_friction"
 #: Response of the bulk density -> measured solid fraction that it is the grains' density times, in simulations that count.
 DENSITIES = {"bulk_density_kg_m3": "poured_solid_fraction"}
 
+#: Section that states the laboratory's apparatus (`experiments.apparatus`).
+APPARATUS = "repose_test"
+
 #: Default seeds of each stage.
 SEEDS = {"design": [1, 2], "check": [1], "refine": [1, 2], "verify": [101, 102, 103, 104, 105, 106, 107, 108, 109, 110]}
 

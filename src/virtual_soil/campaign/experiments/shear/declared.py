@@ -85,6 +85,9 @@ PROPERTIES: dict[str, str] = {"frame_static_friction": "static_friction"}
 #: Response of the bulk density -> measured solid fraction that it is the grains' density times, in simulations that count.
 DENSITIES: dict[str, str] = {}
 
+#: Section that states the laboratory's apparatus (`experiments.apparatus`).
+APPARATUS = "shear_test"
+
 #: Default seeds of each stage.
 SEEDS = {"design": [1, 2], "check": [1, 2], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
 
