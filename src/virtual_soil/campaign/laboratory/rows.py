@@ -19,10 +19,11 @@ WORKBOOKS = (".xlsx", ".xlsm")
 
 @dataclass(frozen=True)
 class Row:
-    """A line of a file: its number, counted from 1, and its cells."""
+    """A line of a file: its number, counted from 1, and its cells; of a header, the title of its table if known already."""
 
     line: int
     cells: list[str]
+    title: str | None = None
 
     @property
     def empty(self) -> bool:
@@ -93,6 +94,13 @@ def split(path: Path, line: int, text: str, delimiter: str) -> list[str]:
         return next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [])
     except csv.Error as error:
         raise CalibrationError(f"{path}, line {line}: not a row of a table ({error}).") from error
+
+
+def joined(above: list[str], below: list[str]) -> list[str]:
+    """Cells of a header in two lines."""
+    n = max(len(above), len(below))
+    pairs = zip(above + [""] * (n - len(above)), below + [""] * (n - len(below)), strict=True)
+    return [f"{first.strip()} {second.strip()}".strip() for first, second in pairs]
 
 
 def quoted_rows(lines: list[str], delimiter: str) -> list[Row]:

@@ -12,7 +12,7 @@ loads hold on from the row above, as merged cells do. Thousands separators and a
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import cast
 
@@ -20,12 +20,11 @@ import numpy as np
 import pandas as pd
 
 from virtual_soil.calibration.errors import CalibrationError, demand
+from virtual_soil.campaign.laboratory.beside import LOADS, Sheet, stacked
 from virtual_soil.campaign.laboratory.quantities import MISSING, QUANTITIES, UNITS, is_statistic, label_key, normal, unit_key
-from virtual_soil.campaign.laboratory.rows import Row, ways_to_read
+from virtual_soil.campaign.laboratory.rows import Row, joined, ways_to_read
+from virtual_soil.campaign.laboratory.titles import AMBIGUOUS, NUMBER, Title
 
-NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d{1,3})?")
-#: Ambiguous comma: decimal mark or thousands separator.
-AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 #: Headers with units: "Normal stress [kPa]", "Force / N", "Force, N", "Force in N", "force_n".
 HEADERS = [
     re.compile(pattern)
@@ -36,8 +35,6 @@ HEADERS = [
         r"(?P<name>.+)_(?P<unit>[^_]+)",
     )
 ]
-#: A quantity in a title: "Normal stress: 25 kPa".
-TITLED = r"{name}\W*?(?P<value>[+-]?\d[\d.,]*)\s*\W?\s*(?P<unit>[^\W\d_][\w./²^]*)"
 #: Quantities of which any one serves; the first that a header has is taken.
 Alternatives = tuple[str, ...]
 
@@ -129,7 +126,8 @@ class Reader:
         """Read the rows of a file below its header in row `start`."""
         left = Left()
         blocks = self.blocks(rows, start, columns, separator, left)
-        parts = [self.table(block, rows, left, len(blocks) > 1) for block in blocks if block.readings]
+        labels = labels_of([block.title for block in blocks])
+        parts = [self.table(block, rows, left, label) for block, label in zip(blocks, labels, strict=True) if block.readings]
         demand(
             bool(parts), f"{self.path}: number of rows with values below the header in line {rows[start].line}", 0, "at least one"
         )
@@ -165,6 +163,27 @@ class Reader:
     def spellings(self, names: Alternatives) -> list[str]:
         """Headers that would be understood."""
         return sorted({word for name in names for word in (self.own[name].headers if name in self.own else QUANTITIES[name].names)})
+
+    def marks(self, cells: list[str]) -> list[tuple[int, str]]:
+        """Column and quantity of every cell that would be understood as a header."""
+        texts = [(index, text.strip()) for index, text in enumerate(cells) if NUMBER.fullmatch(text.strip()) is None]
+        return [(index, name) for index, text in texts if text for name in self.names if self.column(name, index, text) is not None]
+
+    def states_load(self, text: str, line: int) -> bool:
+        """True if the title of a table states its normal stress or force."""
+        return any(self.stated(name, text, line, bare=True) is not None for name in sorted(LOADS & set(self.names)))
+
+    def stated(self, name: str, text: str, line: int, *, bare: bool) -> float | None:
+        """Value of a quantity in a title, in SI units; None if it has none."""
+        words = self.own[name].headers if name in self.own else ()
+        return Title(self.path, line, text, self.decimal).stated(name, words, bare=bare)
+
+    def below_each_other(self, rows: list[Row], separator: str) -> tuple[list[Row], int]:
+        """Rows of shear tests with tables that stand side by side below each other, and the number of these tables."""
+        by_number = any(own.number is not None for own in self.own.values())
+        if by_number or not any("displacement" in some for some in self.wanted):
+            return rows, 0
+        return stacked(Sheet(self.path, self.marks, self.states_load, separator), rows)
 
     def match(self, cells: list[str], line: int) -> dict[str, list[Column]]:
         """Return the columns of a header; two columns for one quantity are refused, unless the user names both."""
@@ -208,12 +227,12 @@ class Reader:
 
     def blocks(self, rows: list[Row], start: int, columns, separator: str, left: Left) -> list[Block]:
         """Divide the rows from a header on into blocks, and their rows into readings, texts and what is left out."""
-        current = Block(columns, len(rows[start].cells), rows[start].line, title_above(rows, start))
+        current = Block(columns, len(rows[start].cells), rows[start].line, title_of(rows[start], title_above(rows, start)))
         found, title, gap = [current], "", False
         for row in rows[start + 1 :]:
             again = {} if row.empty else self.match(row.cells, row.line)
             if again and not self.lacking(again):
-                current = Block(again, len(row.cells), row.line, title)
+                current = Block(again, len(row.cells), row.line, title_of(row, title))
                 found.append(current)
                 continue
             kind, gap = self.kind_of(row, current, separator, gap), row.empty
@@ -282,9 +301,10 @@ class Reader:
         """Texts of a reading by quantity and column."""
         return {(name, column.index): cell(row, column.index) for name, some in block.columns.items() for column in some}
 
-    def table(self, block: Block, rows: list[Row], left: Left, several: bool) -> pd.DataFrame:
-        """Readings of a block in SI units."""
+    def table(self, block: Block, rows: list[Row], left: Left, label: str | None) -> pd.DataFrame:
+        """Readings of a block in SI units; label : its own among several blocks."""
         self.check_units(block)
+        self.check_trials(block)
         kept = self.filled(block, left)
         mark = self.decimal_mark(kept, block)
         table: dict[str, list | np.ndarray] = {}
@@ -303,24 +323,23 @@ class Reader:
         found = pd.DataFrame(table)
         for name in self.optional:
             if QUANTITIES[name].column not in found:
-                self.add_titled(found, name, block, rows, several)
+                self.add_titled(found, name, block, rows, label)
         return found
 
-    def add_titled(self, found: pd.DataFrame, name: str, block: Block, rows: list[Row], several: bool) -> None:
+    def add_titled(self, found: pd.DataFrame, name: str, block: Block, rows: list[Row], label: str | None) -> None:
         """Add a label, or a load, that only the title of a block or the head of the file states."""
         quantity = QUANTITIES[name]
         if quantity.kind is None:
-            if several:
-                found[quantity.column] = block.title or f"block in line {block.line}"
+            if label is not None:
+                found[quantity.column] = label
             return
+        several = label is not None
         head = [block.title, *(row.words for row in rows if row.line < block.line and not several)]
-        for text in head:
-            for word in quantity.names:
-                stated = re.search(TITLED.format(name=rf"\b{re.escape(word)}\b"), text, flags=re.IGNORECASE)
-                if stated and unit_key(stated["unit"]) in UNITS[quantity.kind]:
-                    value = float(stated["value"].rstrip(".,").replace(",", "."))
-                    found[quantity.column] = value * UNITS[quantity.kind][unit_key(stated["unit"])]
-                    return
+        values = {self.stated(name, text, block.line, bare=several) for text in head} - {None}
+        allowed = "one value, or a column"
+        demand(len(values) < 2, f"{self.path}: {name.replace('_', ' ')} above line {block.line}", sorted(values), allowed)
+        if values:
+            found[quantity.column] = values.pop()
 
     def filled(self, block: Block, left: Left) -> list[tuple[int, dict[tuple[str, int], str]]]:
         """Readings with the labels and loads that hold on from above; raises CalibrationError for any other missing value."""
@@ -351,6 +370,13 @@ class Reader:
                         f"{self.path}: column {column.header!r} has {has}; allowed: {', '.join(UNITS[kind])}, in brackets behind "
                         f"the name or under `columns: {{{name}: {{header: ..., unit: ..., factor: ...}}}}` in the soil file."
                     )
+
+    def check_trials(self, block: Block) -> None:
+        """Raise CalibrationError for columns of trials that do not belong together."""
+        numbers = {name: len(columns) for name, columns in block.columns.items() if QUANTITIES[name].kind}
+        ok = len(set(numbers.values())) == 1 and ("displacement" not in numbers or max(numbers.values()) == 1)
+        allowed = "as many headers for each quantity; of shear tests one, or a normal stress for each table above it"
+        demand(ok, f"{self.path}, line {block.line}: columns of each quantity", numbers, allowed)
 
     def decimal_mark(self, readings, block: Block) -> str:
         """Decimal mark of a block; refused if both occur or if a comma could be a thousands separator."""
@@ -438,16 +464,18 @@ def read_laboratory(
     found, failures = [], []
     for separator, lines in ways_to_read(path, encoding, sheet):
         kept = restricted(path, lines, rows, origin)
+        kept, n_beside = reader.below_each_other(kept, separator)
         try:
             start, header = reader.header(kept)
         except NoHeader as error:
             failures.append(error)
         else:
-            found.append((score(header, kept[start]), kept, start, header, separator))
+            found.append((score(header, kept[start]), kept, start, header, separator, n_beside))
     if not found:
         raise min(failures, key=lambda error: error.n_lacking)
-    _, kept, start, header, separator = max(found, key=lambda way: way[0])  # of equals the first
-    return reader.read(kept, start, header, separator)
+    _, kept, start, header, separator, n_beside = max(found, key=lambda way: way[0])  # of equals the first
+    read = reader.read(kept, start, header, separator)
+    return replace(read, remarks=(f"{n_beside} tables side by side", *read.remarks)) if n_beside else read
 
 
 def score(columns: Mapping[str, list[Column]], header: Row) -> tuple[int, int, int]:
@@ -509,11 +537,16 @@ def cell(row: Row, index: int) -> str:
     return row.cells[index].strip() if index < len(row.cells) else ""
 
 
-def joined(above: list[str], below: list[str]) -> list[str]:
-    """Cells of a header in two lines."""
-    n = max(len(above), len(below))
-    pairs = zip(above + [""] * (n - len(above)), below + [""] * (n - len(below)), strict=True)
-    return [f"{first.strip()} {second.strip()}".strip() for first, second in pairs]
+def labels_of(titles: list[str]) -> list[str | None]:
+    """Label of every block, its title or its number; those that are alike are told apart. None for the only block."""
+    if len(titles) < 2:
+        return [None] * len(titles)
+    return [f"{title} ({k})".strip() if titles.count(title) > 1 or not title else title for k, title in enumerate(titles, 1)]
+
+
+def title_of(header: Row, above: str) -> str:
+    """Title that a header has already, or the text above it."""
+    return above if header.title is None else header.title
 
 
 def title_above(rows: list[Row], start: int) -> str:

@@ -1,8 +1,8 @@
 """Shear strengths of an AGS4 file: groups SHBG (a set of shear-box tests) and SHBT (its stages).
 
 SHBT states normal stress, peak and residual shear stress of each stage (headings of the standard's dictionary, editions 4.0.3 to
-4.2); the format has no curves. A set has the key that both groups share. A file may hold sets of many boreholes and samples, of which
-the soil file chooses one (`sample`). Stages of several sets are one line only where the soil file lists them.
+4.2); the format has no curves. A set has the key that both groups share. A file may hold sets of many boreholes and samples; the
+soil file chooses one (`sample`). Stages of several sets are one line only where the soil file lists them.
 """
 
 from collections.abc import Mapping

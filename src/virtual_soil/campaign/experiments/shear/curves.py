@@ -20,6 +20,8 @@ ALIKE = 1.5
 SPIKE, NEIGHBOURS = 0.3, 0.1
 #: Stresses closer than this fraction are one nominal stress.
 NOMINAL = 0.02
+#: Between two tests of one label the displacement falls from above the first fraction of its span to below the second.
+AWAY, HOME = 0.2, 0.05
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,33 @@ class Curve:
     displacement_m: np.ndarray
     shear: np.ndarray
     normal_stress_pa: np.ndarray
+
+
+def told_apart(table: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
+    """The table with a label for every test where several have one, and this in words.
+
+    Laboratories number repeats anew under every load. Where the displacement begins again under another load, it is another test.
+    table : columns test, displacement_m, normal_stress_pa, in the order of the file.
+    """
+    labels, n = table["test"].astype(str).copy(), 0
+    for label, test in table.groupby("test", sort=False):
+        x, p = test["displacement_m"].to_numpy(dtype=float), test["normal_stress_pa"].to_numpy(dtype=float)
+        begins = beginnings(np.abs(x - x[0]), p)
+        if begins.size:
+            n += begins.size + 1
+            number = np.searchsorted(begins, np.arange(len(x)), side="right")
+            labels[test.index] = [f"{label} ({1e-3 * p[max(begins[k - 1], 0) if k else 0]:g} kPa)" for k in number]
+    return table.assign(test=labels), [f"{n} tests with a label in common told apart by their loads"] if n else []
+
+
+def beginnings(x: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """Places (k,) where another test begins, in displacements from the first reading and normal stresses, (n,) each."""
+    span = np.ptp(x)
+    home = (x[:-1] > AWAY * span) & (x[1:] < HOME * span) & (np.abs(np.diff(p)) > NOMINAL * np.abs(p[:-1]))
+    begins = np.flatnonzero(home) + 1
+    tests = np.split(x, begins)[1:]
+    sheared = [np.ptp(test) > AWAY * span for test in tests]  # a logger's last reading is no test
+    return begins[np.array(sheared, bool)]
 
 
 def curves_of(table: pd.DataFrame, shear: str) -> tuple[list[Curve], list[str]]:

@@ -11,7 +11,7 @@ from dem.experiments.strength import CurveError, peak, steady
 from virtual_soil.calibration.errors import CalibrationError, demand
 from virtual_soil.campaign.experiments.mohr_coulomb import LEAST_STRESSES, StrengthLine, fit_line
 from virtual_soil.campaign.experiments.shear.ags import ags_strengths
-from virtual_soil.campaign.experiments.shear.curves import NOMINAL, Curve, curves_of, nominal
+from virtual_soil.campaign.experiments.shear.curves import NOMINAL, Curve, curves_of, nominal, told_apart
 from virtual_soil.campaign.experiments.shear.definitions import PLATEAU_WINDOW
 from virtual_soil.campaign.laboratory.ags import is_ags
 from virtual_soil.campaign.laboratory.entry import READING, is_number, laboratory_paths, left_out, readings
@@ -98,11 +98,11 @@ def of_tables(soil: Path, entry, paths: list[Path], kind: str, area_m2: float | 
         found = [readings(soil, ENTRY, entry, path, CURVE, BESIDE) for path in paths]
     except NoHeader as error:
         return pd.DataFrame(), [], *strengths_of(soil, entry, paths, kind, area_m2, error)
-    table = tests_of(box, found, area_m2, soil)
+    table, apart = told_apart(tests_of(box, found, area_m2, soil))
     curves, remarks = curves_of(table, "shear_stress_pa")
     points, method = points_of(box, curves, kind)
     rest = dict.fromkeys(text for one in found for text in left_out(one).split(", ") if text)
-    return table, curves, points, method + "".join(f", {text}" for text in (*rest, *remarks))
+    return table, curves, points, method + "".join(f", {text}" for text in (*rest, *apart, *remarks))
 
 
 def area_of(soil: Path, entry) -> float | None:
