@@ -153,7 +153,7 @@ def check_widths(sheet: Sheet, spread: Spread, readings: list[Row]) -> None:
     for row in readings:
         if not any(NUMBER.fullmatch(text.strip()) for text in row.cells):
             continue
-        gaps = sheet.separator == "blanks" and len(row.cells) != width  # blanks do not show which cells are empty
+        gaps = sheet.separator == "blank" and len(row.cells) != width  # blanks do not show which cells are empty
         if gaps or any(text.strip() for text in row.cells[width:]):
             raise CalibrationError(
                 f"{sheet.path}, line {row.line}: {len(row.cells)} cells; allowed: the header's {width}, separated by "

@@ -9,10 +9,12 @@ from pathlib import Path
 
 from virtual_soil.calibration.errors import CalibrationError, demand
 
-DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma", "  ": "blanks"}
+DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma", "  ": "blank"}
+#: Columns by blanks have two or more between them, so that a header may have words; one will do between numbers.
+BLANKS, NUMBERS = re.compile(r"\s{2,}|\t"), re.compile(r"[\d.+-][\d.eE+-]*(\s+[\d.+-][\d.eE+-]*)*")
 COMMENTS = ("#", "%", "//")
-#: A label such as "#4" in the first cell; with a blank after the sign the line is a comment.
-LABEL = re.compile(r"#\w")
+#: A label such as "#4" in the first cell; with a blank after the sign the line is a comment, unless two numbers follow.
+LABEL = re.compile(r"#(\w|\s*[\w.-]+(\s*[,;\t]\s*|\s{2,})[\d.,+-]+(\s*[,;\t]\s*|\s{2,})[\d.,+-]+\s*([,;\t]|\s{2,}|$))")
 #: Suffixes of workbooks that openpyxl reads.
 WORKBOOKS = (".xlsx", ".xlsm")
 
@@ -70,14 +72,24 @@ def ways_to_read(path: Path, encoding: str | None, sheet: str | None) -> Iterato
         return
     demand(sheet is None, f"{path}: sheet", repr(sheet), "none: it is no workbook")
     lines = text_of(path, encoding).splitlines()
-    for delimiter in DELIMITERS:
-        yield (
-            DELIMITERS[delimiter],
-            [Row(k, split(path, k, line, delimiter)) for k, line in enumerate(lines, 1) if not is_comment(line)],
-        )
+    for delimiter, name in DELIMITERS.items():
+        yield name, [Row(k, split(path, k, line, delimiter)) for k, line in enumerate(lines, 1) if not is_comment(line)]
     for delimiter in (mark for mark in DELIMITERS if mark != "  "):  # headers whose cells have line breaks
         if '"' in "".join(lines):
             yield DELIMITERS[delimiter], quoted_rows(lines, delimiter)
+
+
+def last_ways_to_read(path: Path, encoding: str | None) -> Iterator[tuple[str, list[Row]]]:
+    """Yield further ways for a text without a header in the usual ones: behind a number sign, and words without blanks."""
+    if path.suffix.lower() in WORKBOOKS:
+        return
+    lines = text_of(path, encoding).splitlines()
+    first = next((k for k, line in enumerate(lines) if line.strip() and not is_comment(line)), 0)
+    if first and is_comment(lines[first - 1]):  # as numpy writes it
+        lines[first - 1] = lines[first - 1].lstrip().lstrip("".join(COMMENTS)).lstrip(" ")
+        for delimiter, name in DELIMITERS.items():
+            yield name, [Row(k, split(path, k, line, delimiter)) for k, line in enumerate(lines, 1) if not is_comment(line)]
+    yield "blank", [Row(k, line.split()) for k, line in enumerate(lines, 1) if not is_comment(line)]
 
 
 def is_comment(line: str) -> bool:
@@ -89,7 +101,8 @@ def is_comment(line: str) -> bool:
 def split(path: Path, line: int, text: str, delimiter: str) -> list[str]:
     """Split a line into cells; delimiters inside quotes are kept."""
     if delimiter == "  ":
-        return re.split(r"\s{2,}|\t", text.strip()) if text.strip() else []
+        text = text.strip()
+        return text.split() if NUMBERS.fullmatch(text) else BLANKS.split(text) if text else []
     try:
         return next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [])
     except csv.Error as error:

@@ -11,18 +11,19 @@ loads hold on from the row above, as merged cells do. Thousands separators and a
 """
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 import pandas as pd
 
 from virtual_soil.calibration.errors import CalibrationError, demand
 from virtual_soil.campaign.laboratory.beside import LOADS, Sheet, stacked
-from virtual_soil.campaign.laboratory.quantities import MISSING, QUANTITIES, UNITS, is_statistic, label_key, normal, unit_key
-from virtual_soil.campaign.laboratory.rows import Row, joined, ways_to_read
+from virtual_soil.campaign.laboratory.own import Own, own_columns
+from virtual_soil.campaign.laboratory.quantities import MISSING, QUANTITIES, UNITS, is_statistic, label_key, normal, plain, unit_key
+from virtual_soil.campaign.laboratory.rows import Row, joined, last_ways_to_read, ways_to_read
 from virtual_soil.campaign.laboratory.titles import AMBIGUOUS, NUMBER, Title
 
 #: Headers with units: "Normal stress [kPa]", "Force / N", "Force, N", "Force in N", "force_n".
@@ -49,16 +50,6 @@ class Readings:
     table: pd.DataFrame
     n_skipped: int
     remarks: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Own:
-    """A user's description of a quantity's column: headers, unit, factor on its numbers, or its number in the file."""
-
-    headers: tuple[str, ...] = ()
-    unit: str | None = None
-    factor: float = 1.0
-    number: int | None = None
 
 
 @dataclass(frozen=True)
@@ -204,7 +195,7 @@ class Reader:
 
     def column(self, name: str, index: int, header: str) -> Column | None:
         """Return the column if this header names the quantity. A header given by the user must match, with or without unit."""
-        kind, own = QUANTITIES[name].kind, self.own.get(name)
+        kind, own, header = QUANTITIES[name].kind, self.own.get(name), plain(header)
         readings = [(header, None), *((found["name"], found["unit"]) for p in HEADERS if (found := p.fullmatch(header)))]
         if own is not None:
             if own.number is not None:
@@ -216,7 +207,7 @@ class Reader:
                 for words, stated in reversed(readings):
                     if stated is not None and kind and not own.unit and unit_key(stated) not in UNITS[kind]:
                         continue  # "sig_v" is no "sig" in v
-                    if wanted.strip().casefold() in (words.casefold(), header.casefold()):
+                    if plain(wanted).casefold() in (words.casefold(), header.casefold()):
                         return Column(index, header, own.unit or stated)
             return None
         alike = [(words, unit) for words, unit in readings if normal(words) in QUANTITIES[name].names]
@@ -424,7 +415,7 @@ class NoHeader(CalibrationError):
         where = "" if line is None else f" (nearest to it: line {line})"
         super().__init__(
             f"{path}: no line is a header with a column for {', '.join(name for name, _ in lacking)}{where}; allowed: columns "
-            f"separated by tab, semicolon, comma or blanks, named {wanted}, or as `columns` in the soil file says."
+            f"separated by tab, semicolon, comma or blanks, named {wanted}, or as `columns`, and `encoding`, in the soil file say."
         )
         self.n_lacking = len(lacking)
 
@@ -461,21 +452,47 @@ def read_laboratory(
     for name, value in (("encoding", encoding), ("sheet", sheet)):
         demand(value is None or isinstance(value, str), f"{origin}: {name}", repr(value), "a text")
     reader = Reader(path, wanted, tuple(optional), own, decimal)
-    found, failures = [], []
-    for separator, lines in ways_to_read(path, encoding, sheet):
-        kept = restricted(path, lines, rows, origin)
-        kept, n_beside = reader.below_each_other(kept, separator)
-        try:
-            start, header = reader.header(kept)
-        except NoHeader as error:
-            failures.append(error)
-        else:
-            found.append((score(header, kept[start]), kept, start, header, separator, n_beside))
-    if not found:
+    ways, failures = with_header(reader, ways_to_read(path, encoding, sheet), rows, origin)
+    if not ways:
+        ways, _ = with_header(reader, last_ways_to_read(path, encoding), rows, origin, strict=False)
+    if not ways:
         raise min(failures, key=lambda error: error.n_lacking)
-    _, kept, start, header, separator, n_beside = max(found, key=lambda way: way[0])  # of equals the first
+    kept, start, header, separator, n_beside = max(
+        ways, key=lambda way: score(way.columns, way.rows[way.start])
+    )  # of equals the first
     read = reader.read(kept, start, header, separator)
     return replace(read, remarks=(f"{n_beside} tables side by side", *read.remarks)) if n_beside else read
+
+
+class Way(NamedTuple):
+    """A file as it may be split: its rows, place and columns of the header, separator, number of tables side by side."""
+
+    rows: list[Row]
+    start: int
+    columns: dict[str, list[Column]]
+    separator: str
+    n_beside: int
+
+
+def with_header(reader: Reader, ways: Iterable, rows: Mapping | None, origin: str, *, strict: bool = True):
+    """Those of the ways to split a file (separator, rows) that find a header in it, and the errors NoHeader of the others.
+
+    strict : raise other errors, which name what is wrong with a header that was found.
+    """
+    found: list[Way] = []
+    failures: list[NoHeader] = []
+    for separator, lines in ways:
+        try:
+            kept, n_beside = reader.below_each_other(restricted(reader.path, lines, rows, origin), separator)
+            start, columns = reader.header(kept)
+        except NoHeader as error:
+            failures.append(error)
+        except CalibrationError:
+            if strict:
+                raise
+        else:
+            found.append(Way(kept, start, columns, separator, n_beside))
+    return found, failures
 
 
 def score(columns: Mapping[str, list[Column]], header: Row) -> tuple[int, int, int]:
@@ -501,35 +518,6 @@ def restricted(path: Path, rows: list[Row], only: Mapping | None, origin: str) -
             demand(bool(kept), f"{path}: number of rows with {dict(only)}", 0, f"at least one; see `rows` of {origin}")
             return [*rows[: k + 1], *kept]
     return []
-
-
-def own_columns(columns, quantities, origin: str) -> dict[str, Own]:
-    """Return the user's mapping by quantity; raises CalibrationError for anything else."""
-    if columns is None:
-        return {}
-    demand(isinstance(columns, Mapping), f"{origin}: columns", repr(columns), f"a mapping with keys of {sorted(quantities)}")
-    own = {}
-    for name, entry in columns.items():
-        demand(name in quantities, f"{origin}: columns.{name}", "unknown", f"{sorted(quantities)}")
-        own[name] = own_column(name, entry, f"{origin}: columns.{name}")
-    return own
-
-
-def own_column(name: str, entry, key: str) -> Own:
-    """A user's description of one column."""
-    full = entry if isinstance(entry, Mapping) else {"header": entry}
-    headers, unit, kind = full.get("header"), full.get("unit"), QUANTITIES[name].kind
-    headers = tuple(headers) if isinstance(headers, list) else (headers,)
-    named = all(isinstance(header, str) and header.strip() for header in headers) and bool(headers)
-    number, factor = full.get("column"), full.get("factor", 1.0)
-    numbered = headers == (None,) and isinstance(number, int) and not isinstance(number, bool) and number > 0
-    scaled = isinstance(factor, int | float) and not isinstance(factor, bool) and np.isfinite(factor) and factor != 0
-    ok = (named != numbered) and set(full) <= {"header", "unit", "factor", "column"} and (numbered or number is None)
-    demand(ok, key, repr(entry), "a header of the file, several, or {header or column (its number), unit, factor}")
-    demand(bool(scaled), f"{key}.factor", repr(factor), "a number other than zero")
-    known = unit is None or (kind is not None and isinstance(unit, str) and unit_key(unit) in UNITS[kind])
-    demand(known, f"{key}.unit", repr(unit), f"one of {', '.join(UNITS[kind])}" if kind else "no unit: a label")
-    return Own(() if numbered else cast(tuple[str, ...], headers), unit, float(factor), number)
 
 
 def cell(row: Row, index: int) -> str:
