@@ -136,6 +136,10 @@ def title_row(sheet: Sheet, row: Row, ranges: list[tuple[int, int]]) -> list[str
     """Texts of a row by table; None if it is no row of titles. A name before the first number is that of all: "Load (N)", 9, 18."""
     texts = [[text.strip() for text in row.cells[a:b] if text.strip()] for a, b in ranges]
     before = [text.strip() for text in row.cells[: ranges[0][0]] if text.strip()]
+    if sheet.separator == "blank":  # empty cells cannot be seen
+        if len(row.cells) != len(ranges):
+            return None
+        texts, before = [[text] for text in row.cells], []
     name = (before or texts[0] or [""])[0]
     if sheet.marks([name]):
         rest = [texts[0] if before else texts[0][1:], *texts[1:]]

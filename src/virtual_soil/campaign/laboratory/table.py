@@ -452,14 +452,15 @@ def read_laboratory(
     for name, value in (("encoding", encoding), ("sheet", sheet)):
         demand(value is None or isinstance(value, str), f"{origin}: {name}", repr(value), "a text")
     reader = Reader(path, wanted, tuple(optional), own, decimal)
-    ways, failures = with_header(reader, ways_to_read(path, encoding, sheet), rows, origin)
+    ways, failures, faults = with_header(reader, ways_to_read(path, encoding, sheet), rows, origin)
+    if not ways and faults:
+        raise faults[0]
     if not ways:
-        ways, _ = with_header(reader, last_ways_to_read(path, encoding), rows, origin, strict=False)
+        ways, _, _ = with_header(reader, last_ways_to_read(path, encoding), rows, origin)
     if not ways:
         raise min(failures, key=lambda error: error.n_lacking)
-    kept, start, header, separator, n_beside = max(
-        ways, key=lambda way: score(way.columns, way.rows[way.start])
-    )  # of equals the first
+    # of equals the first
+    kept, start, header, separator, n_beside = max(ways, key=lambda way: score(way.columns, way.rows[way.start]))
     read = reader.read(kept, start, header, separator)
     return replace(read, remarks=(f"{n_beside} tables side by side", *read.remarks)) if n_beside else read
 
@@ -474,25 +475,24 @@ class Way(NamedTuple):
     n_beside: int
 
 
-def with_header(reader: Reader, ways: Iterable, rows: Mapping | None, origin: str, *, strict: bool = True):
-    """Those of the ways to split a file (separator, rows) that find a header in it, and the errors NoHeader of the others.
-
-    strict : raise other errors, which name what is wrong with a header that was found.
-    """
+def with_header(
+    reader: Reader, ways: Iterable, rows: Mapping | None, origin: str
+) -> tuple[list[Way], list[NoHeader], list[CalibrationError]]:
+    """Those of the ways to split a file (separator, rows) that find a header in it, and the errors of the others."""
     found: list[Way] = []
     failures: list[NoHeader] = []
+    faults: list[CalibrationError] = []
     for separator, lines in ways:
         try:
             kept, n_beside = reader.below_each_other(restricted(reader.path, lines, rows, origin), separator)
             start, columns = reader.header(kept)
         except NoHeader as error:
             failures.append(error)
-        except CalibrationError:
-            if strict:
-                raise
+        except CalibrationError as error:
+            faults.append(error)
         else:
             found.append(Way(kept, start, columns, separator, n_beside))
-    return found, failures
+    return found, failures, faults
 
 
 def score(columns: Mapping[str, list[Column]], header: Row) -> tuple[int, int, int]:
