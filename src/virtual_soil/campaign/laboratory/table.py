@@ -203,12 +203,15 @@ class Reader:
                     (unit for _, unit in reversed(readings) if unit is not None and kind and unit_key(unit) in UNITS[kind]), None
                 )
                 return Column(index, header, own.unit or unit) if index == own.number - 1 and header else None
-            for wanted in own.headers:
+            for wanted in (plain(text).casefold() for text in own.headers):
                 for words, stated in reversed(readings):
                     if stated is not None and kind and not own.unit and unit_key(stated) not in UNITS[kind]:
                         continue  # "sig_v" is no "sig" in v
-                    if plain(wanted).casefold() in (words.casefold(), header.casefold()):
+                    if wanted in (words.casefold(), header.casefold()):
                         return Column(index, header, own.unit or stated)
+                for words, stated in readings[1:]:  # a unit that is not known, and will be named
+                    if wanted == words.casefold() and not header.endswith(f"_{stated}"):
+                        return Column(index, header, stated)
             return None
         alike = [(words, unit) for words, unit in readings if normal(words) in QUANTITIES[name].names]
         known = [(words, unit) for words, unit in alike if unit is None or kind is None or unit_key(unit) in UNITS[kind]]

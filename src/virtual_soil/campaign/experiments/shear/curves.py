@@ -12,7 +12,7 @@ import pandas as pd
 
 #: Displacement that is no shearing yet, over the largest; way back, over the largest, that ends a pass.
 START, BACK = 5e-3, 2e-2
-#: A force at the beginning below this fraction of the largest is zero.
+#: A force at the beginning below this fraction of the largest, or between others below this fraction of them, is zero.
 ZERO = 0.01
 #: First readings that agree within this factor, under loads that differ by more, are those of a gauge that was not set to zero.
 ALIKE = 1.5
@@ -66,7 +66,7 @@ def curves_of(table: pd.DataFrame, shear: str) -> tuple[list[Curve], list[str]]:
 
     table : columns test, displacement_m, normal_stress_pa and `shear`, force or stress, in the order of the file.
     """
-    passes, n_left, n_spikes, n_passes = [], 0, 0, 0
+    passes, n_left, n_spikes, n_zeros, n_passes = [], 0, 0, 0, 0
     for label, test in table.groupby("test", sort=False):
         x, y, p = (test[name].to_numpy(dtype=float) for name in ("displacement_m", shear, "normal_stress_pa"))
         x = forwards(x)
@@ -74,8 +74,9 @@ def curves_of(table: pd.DataFrame, shear: str) -> tuple[list[Curve], list[str]]:
         n_left += len(x) - (last - first)
         n_passes += int(x[last:].size > 0 and x[last:].min() < x[last - 1] - BACK * np.ptp(x))
         x, y, p = (values[first:last] for values in (x, y, p))
-        whole = ~spikes(y)
-        n_spikes += int((~whole).sum())
+        high, zero = spikes(y)
+        whole = ~(high | zero)
+        n_spikes, n_zeros = n_spikes + int(high.sum()), n_zeros + int(zero.sum())
         passes.append(Curve(str(label), x[whole], y[whole], p[whole]))
     passes, corrected = with_zero_and_sign(passes)
     remarks = [
@@ -83,6 +84,7 @@ def curves_of(table: pd.DataFrame, shear: str) -> tuple[list[Curve], list[str]]:
         *([f"{n_left} readings before or after the shearing left out"] if n_left else []),
         *([f"first pass forward of {n_passes} tests that go back"] if n_passes else []),
         *([f"{n_spikes} single readings far above their neighbours left out"] if n_spikes else []),
+        *([f"{n_zeros} single zeros between readings left out"] if n_zeros else []),
     ]
     return passes, remarks
 
@@ -107,16 +109,20 @@ def forward_pass(x: np.ndarray) -> tuple[int, int]:
     return first, max(last, first + 2) if len(x) > first + 1 else len(x)
 
 
-def spikes(y: np.ndarray) -> np.ndarray:
-    """Mask (n,) of single readings far above both neighbours, which agree: no soil does that within one reading."""
-    mask = np.zeros(len(y), bool)
+def spikes(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Masks (n,) of single readings far above both neighbours, and of single zeros, where the neighbours agree.
+
+    No soil does that within one reading.
+    """
+    high, zero = np.zeros(len(y), bool), np.zeros(len(y), bool)
     if len(y) < 5:
-        return mask
-    size = np.abs(y)
-    before, here, after = size[:-2], size[1:-1], size[2:]
-    larger = np.maximum(before, after)
-    mask[1:-1] = (here > (1.0 + SPIKE) * larger) & (np.abs(before - after) <= NEIGHBOURS * larger)
-    return mask
+        return high, zero
+    before, here, after = y[:-2], np.abs(y[1:-1]), y[2:]
+    larger = np.maximum(np.abs(before), np.abs(after))
+    agree = np.abs(before - after) <= NEIGHBOURS * larger
+    high[1:-1] = (here > (1.0 + SPIKE) * larger) & agree
+    zero[1:-1] = (here < ZERO * larger) & agree
+    return high, zero
 
 
 def with_zero_and_sign(curves: list[Curve]) -> tuple[list[Curve], list[str]]:

@@ -162,7 +162,9 @@ def points_of(box: Path, curves: list[Curve], kind: str) -> tuple[dict[str, tupl
 def strengths_of(soil: Path, entry, paths: list[Path], kind: str, area_m2: float | None, curve_error: NoHeader):
     """Points of a table of strengths without curves, and what the method says; raises `curve_error` if the files are none."""
     name = {"peak": "peak_strength", "steady": "steady_strength"}.get(kind)
-    if name is None:
+    columns = entry.get("columns")
+    own = set(columns) if isinstance(columns, dict) else set()
+    if name is None or own - {*LOAD, name, "test"}:
         raise curve_error
     try:
         found = [readings(soil, ENTRY, entry, path, (LOAD, (name,)), ("test",)) for path in paths]
