@@ -202,6 +202,21 @@ def test_what_cannot_be_divided_is_refused_with_what_to_do(tmp_path, rows, mark,
         read(tmp_path, rows, mark)
 
 
+def test_a_lost_cell_is_no_other_number(tmp_path):
+    tables = [[[*HEAD, "Normal stress (kPa)"], *([*row, p] for row in readings(p))] for p in LOADS_KPA]
+    for gap, message in (
+        (0, "line 4, column 'Normal stress .*': empty; allowed: as many"),
+        (1, "line 4, column 4: '0.9'; allowed: no"),
+    ):
+        rows = beside(tables, gap)
+        check(read(tmp_path, rows))
+        with pytest.raises(CalibrationError, match=message):
+            read(tmp_path, [*rows[:3], rows[3][1:], *rows[4:]])  # a load would count as a force
+    rows = titled(TITLES[1], gap=1)
+    with pytest.raises(CalibrationError, match="line 3, column 8: '.*'; allowed: no number"):
+        read(tmp_path, [rows[0], [*rows[1][:5], *rows[1][6:]], *rows[2:]])  # a displacement would
+
+
 def test_columns_by_blanks_have_equal_lengths(tmp_path):
     rows = [PLAIN[0][::2], *PLAIN[1:]]
     text = "\n".join("   ".join(map(str, row)) for row in rows)

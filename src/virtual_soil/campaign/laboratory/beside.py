@@ -152,16 +152,23 @@ def title_row(sheet: Sheet, row: Row, ranges: list[tuple[int, int]]) -> list[str
 
 
 def check_widths(sheet: Sheet, spread: Spread, readings: list[Row]) -> None:
-    """Raise CalibrationError for a row of numbers whose cells cannot be told apart by table."""
-    width = len(spread.cells)
+    """Raise CalibrationError for a row of numbers whose cells do not stand under the header's, as after a lost separator."""
+    width, first = len(spread.cells), spread.ranges[0][0]
     for row in readings:
-        if not any(NUMBER.fullmatch(text.strip()) for text in row.cells):
+        numbers = [k for k, text in enumerate(row.cells) if NUMBER.fullmatch(text.strip())]
+        if not numbers:
             continue
         gaps = sheet.separator == "blank" and len(row.cells) != width  # blanks do not show which cells are empty
         if gaps or any(text.strip() for text in row.cells[width:]):
             raise CalibrationError(
                 f"{sheet.path}, line {row.line}: {len(row.cells)} cells; allowed: the header's {width}, separated by "
                 f"{sheet.separator}s. Tables of different lengths, and numbers with decimal commas, need tabs or semicolons."
+            )
+        alone = [k for k in numbers if k >= first and not spread.cells[k].strip()]
+        if alone:
+            raise CalibrationError(
+                f"{sheet.path}, line {row.line}, column {alone[0] + 1}: {row.cells[alone[0]]!r}; allowed: no number, since the "
+                f"column has no header beside the tables'."
             )
 
 

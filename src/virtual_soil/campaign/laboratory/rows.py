@@ -2,7 +2,7 @@
 
 import csv
 import re
-import zipfile
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -132,12 +132,22 @@ def sheet_rows(path: Path, sheet: str | None) -> list[Row]:
     import openpyxl  # takes a third of a second
 
     try:
-        book = openpyxl.load_workbook(path, read_only=True, data_only=True)
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
-        raise CalibrationError(f"{path}: cannot be read as a workbook ({error}).") from error
-    names = book.sheetnames
-    demand(sheet in names or (sheet is None and len(names) == 1), f"{path}: sheet", repr(sheet), f"one of {', '.join(names)}")
-    rows = book[sheet or names[0]].iter_rows(values_only=True)
+        with warnings.catch_warnings(action="ignore"):  # of parts of the workbook that are not read
+            book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+            sheets = {one.title: one for one in book.worksheets}
+            demand(
+                sheet in sheets or (sheet is None and len(sheets) == 1),
+                f"{path}: sheet",
+                repr(sheet),
+                f"one of {', '.join(sheets)}",
+            )
+            rows = list((sheets[sheet] if sheet else next(iter(sheets.values()))).iter_rows(values_only=True))
+    except CalibrationError:
+        raise
+    except Exception as error:  # a damaged part raises whatever its reader stumbles over
+        raise CalibrationError(
+            f"{path}: cannot be read as a workbook ({' '.join(str(error).split()) or type(error).__name__})."
+        ) from error
     return [Row(k, ["" if value is None else cell_text(value) for value in cells]) for k, cells in enumerate(rows, 1)]
 
 

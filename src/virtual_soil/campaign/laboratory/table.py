@@ -13,6 +13,7 @@ loads hold on from the row above, as merged cells do. Thousands separators and a
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple, cast
 
@@ -196,7 +197,7 @@ class Reader:
     def column(self, name: str, index: int, header: str) -> Column | None:
         """Return the column if this header names the quantity. A header given by the user must match, with or without unit."""
         kind, own, header = QUANTITIES[name].kind, self.own.get(name), plain(header)
-        readings = [(header, None), *((found["name"], found["unit"]) for p in HEADERS if (found := p.fullmatch(header)))]
+        readings = words_and_units(header)
         if own is not None:
             if own.number is not None:
                 unit = next(
@@ -241,6 +242,7 @@ class Reader:
             elif kind == "reading":
                 for text in current.texts:  # no footer: readings follow
                     raise self.not_a_number(text, current)
+                self.check_inherited(row, current)
                 current.readings.append((row.line, self.texts_of(row, current)))
             elif kind == "units":
                 current.columns = self.with_units(row, current)
@@ -364,6 +366,13 @@ class Reader:
                         f"{self.path}: column {column.header!r} has {has}; allowed: {', '.join(UNITS[kind])}, in brackets behind "
                         f"the name or under `columns: {{{name}: {{header: ..., unit: ..., factor: ...}}}}` in the soil file."
                     )
+
+    def check_inherited(self, row: Row, block: Block) -> None:
+        """Raise CalibrationError for a row that ends before a label or load: a cell that is not there holds nothing on."""
+        for name, columns in block.columns.items():
+            short = [column for column in columns if QUANTITIES[name].inherited and column.index >= len(row.cells)]
+            if short:
+                raise self.fault(row.line, short[0], "", f"as many cells as the header, not {len(row.cells)}")
 
     def check_trials(self, block: Block) -> None:
         """Raise CalibrationError for columns of trials that do not belong together."""
@@ -521,6 +530,12 @@ def restricted(path: Path, rows: list[Row], only: Mapping | None, origin: str) -
             demand(bool(kept), f"{path}: number of rows with {dict(only)}", 0, f"at least one; see `rows` of {origin}")
             return [*rows[: k + 1], *kept]
     return []
+
+
+@lru_cache(maxsize=4096)
+def words_and_units(header: str) -> list[tuple[str, str | None]]:
+    """Ways to read a header as a name with a unit; the first is the whole of it, without one."""
+    return [(header, None), *((found["name"], found["unit"]) for p in HEADERS if (found := p.fullmatch(header)))]
 
 
 def cell(row: Row, index: int) -> str:
