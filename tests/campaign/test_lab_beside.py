@@ -212,6 +212,8 @@ def test_a_lost_cell_is_no_other_number(tmp_path):
         check(read(tmp_path, rows))
         with pytest.raises(CalibrationError, match=message):
             read(tmp_path, [*rows[:3], rows[3][1:], *rows[4:]])  # a load would count as a force
+        with pytest.raises(CalibrationError, match="line 4, column 'Normal stress .*': empty; allowed: as many"):
+            read(tmp_path, [*rows[:3], [*rows[3][: -3 - gap], *rows[3][-2 - gap :]], *rows[4:]])
     rows = titled(TITLES[1], gap=1)
     with pytest.raises(CalibrationError, match="line 3, column 8: '.*'; allowed: no number"):
         read(tmp_path, [rows[0], [*rows[1][:5], *rows[1][6:]], *rows[2:]])  # a displacement would

@@ -208,8 +208,8 @@ def test_trials_in_columns_belong_to_one_quantity(tmp_path):
 
 
 def test_a_load_at_the_end_of_a_row_holds_on_only_in_a_cell_of_its_own(tmp_path):
-    header = "Test,Displacement (mm),Shear stress (kPa),Normal stress (kPa)"
-    merged = table(header, lambda k, p, x, tau: [k, x, tau, "" if x else p])
+    header = "Test,Displacement (mm),Shear stress (kPa),Normal stress (kPa),Remark"
+    merged = table(header, lambda k, p, x, tau: [k, x, tau, "" if x else p, ""])
     check(measured(tmp_path, merged))
     lines = merged.splitlines()
     lines[3] = lines[3].removeprefix("1,")  # all other cells would be read one column to the left

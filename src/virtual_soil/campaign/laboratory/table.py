@@ -368,11 +368,15 @@ class Reader:
                     )
 
     def check_inherited(self, row: Row, block: Block) -> None:
-        """Raise CalibrationError for a row that ends before a label or load: a cell that is not there holds nothing on."""
+        """Raise CalibrationError for a short row without a load to the right of its readings: it may be one of them, moved."""
+        if len(row.cells) >= block.width:
+            return
+        read = [column.index for name, some in block.columns.items() if not QUANTITIES[name].inherited for column in some]
         for name, columns in block.columns.items():
-            short = [column for column in columns if QUANTITIES[name].inherited and column.index >= len(row.cells)]
-            if short:
-                raise self.fault(row.line, short[0], "", f"as many cells as the header, not {len(row.cells)}")
+            for column in columns:
+                empty = cell(row, column.index).lower() in MISSING
+                if QUANTITIES[name].inherited and empty and column.index > min(read):
+                    raise self.fault(row.line, column, "", f"as many cells as the header, {block.width}, not {len(row.cells)}")
 
     def check_trials(self, block: Block) -> None:
         """Raise CalibrationError for columns of trials that do not belong together."""
