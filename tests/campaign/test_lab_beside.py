@@ -106,7 +106,7 @@ def test_one_column_of_displacements_serves_all(tmp_path):
 
 def test_units_stand_in_a_row_of_their_own_and_headers_in_two(tmp_path):
     check(read(tmp_path, beside([[[f"{p:g} kPa"], ["Displacement", "Force"], ["mm", "N"], *readings(p)] for p in LOADS_KPA])))
-    two = [[[f"{p:g} kPa"], ["Shear", "Shear"], ["displacement (mm)", "force (N)"], *readings(p)] for p in LOADS_KPA]
+    two = [[[f"{p:g} kPa"], ["Horizontal", "Horizontal"], ["movement (mm)", "load (N)"], *readings(p)] for p in LOADS_KPA]
     check(read(tmp_path, beside(two, 1)))
 
 
@@ -141,7 +141,7 @@ def test_repeats_under_one_title_stay_different_tests(tmp_path):
 def test_means_below_are_those_of_all_tables(tmp_path):
     head = ["No.", *HEAD]
     tables = [[[f"{p:g} kPa"], head, *([k, *row] for k, row in enumerate(readings(p)))] for p in LOADS_KPA]
-    rows = [*beside(tables), ["Max", 5.0, 900.0, "", 5.0, 900.0, "", 5.0, 900.0]]
+    rows = [*beside(tables), ["Max", 6.0, 9000.0, "", 6.0, 9000.0, "", 6.0, 9000.0]]
     check(read(tmp_path, rows))
     assert "rows of means and deviations left out" in read(tmp_path, rows).method
 
@@ -195,6 +195,8 @@ PLAIN = titled(TITLES[0])
         ([*PLAIN[:4], [*PLAIN[4][:3], "", *PLAIN[4][4:]], *PLAIN[5:]], ",", r"line 5, column 'Shear force \(N\)': empty"),
         ([*PLAIN[:4], [*PLAIN[4], 7], *PLAIN[5:]], ",", "line 5: 7 cells; allowed: the header's 6, separated by commas"),
         ([["", *PLAIN[0]], ["Test", *PLAIN[1]], *([1, *row] for row in PLAIN[2:])], ",", "are both read as displacement"),
+        (beside([titled(TITLES[1]), [[""], ["Force (N)"], *([1] for _ in WAY)]]), ",", "are both read as displacement"),
+        (titled(lambda k, p: [[f"Normal stress (kPa): {p:g}, 60"]]), ",", "without a normal stress in number 1, 2, 3"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_divided_is_refused_with_what_to_do(tmp_path, rows, mark, message):
