@@ -9,7 +9,8 @@ import openpyxl
 import pytest
 
 from virtual_soil.calibration.errors import CalibrationError
-from virtual_soil.campaign.experiments.shear.laboratory import ENTRY, understood
+from virtual_soil.campaign.experiments.shear.laboratory import BESIDE, CURVE, ENTRY, understood
+from virtual_soil.campaign.laboratory.table import read_laboratory
 from virtual_soil.campaign.soils import soil_content
 
 AREA_M2, COHESION_KPA, PHI_DEG = 0.01, 2.0, 36.0
@@ -42,14 +43,20 @@ def titled(title, head=HEAD, gap=0, loads=LOADS_KPA):
     return beside([[*title(k, p), head, *readings(p)] for k, p in enumerate(loads, 1)], gap)
 
 
+def csv_file(folder, rows, mark=",", name="box.csv"):
+    """Path of a text with these rows."""
+    lines = io.StringIO()
+    csv.writer(lines, delimiter=mark, lineterminator="\n").writerows(rows)
+    (folder / name).write_text(lines.getvalue(), encoding="utf-8")
+    return folder / name
+
+
 def read(folder, rows, mark=",", name="box.csv", **entry):
     """The shear tests as they were understood."""
     if isinstance(rows, bytes):
         (folder / name).write_bytes(rows)
     else:
-        lines = io.StringIO()
-        csv.writer(lines, delimiter=mark, lineterminator="\n").writerows(rows)
-        (folder / name).write_text(lines.getvalue(), encoding="utf-8")
+        csv_file(folder, rows, mark, name)
     more = "".join(f", {key}: {value}" for key, value in entry.items())
     (folder / "soil.yaml").write_text(f"direct_shear_csv: {{file: {name}, shear_area_m2: {AREA_M2}{more}}}\n")
     return understood(folder / "soil.yaml", soil_content(folder / "soil.yaml")[ENTRY])
@@ -202,6 +209,18 @@ PLAIN = titled(TITLES[0])
 def test_what_cannot_be_divided_is_refused_with_what_to_do(tmp_path, rows, mark, message):
     with pytest.raises(CalibrationError, match=message):
         read(tmp_path, rows, mark)
+
+
+def test_one_table_may_be_chosen_by_its_columns(tmp_path):
+    rows = titled(lambda k, p: [["", f"{p:g} kPa"]])
+    text = [["Normal stress: 60 kPa"], rows[1], *rows[2:], [], *[["checked", "by", "N.", "N."]]]
+    table = read_laboratory(
+        csv_file(tmp_path, text), CURVE, {"displacement": {"column": 3}, "force": {"column": 4}}, optional=BESIDE
+    ).table
+    assert table["force_n"].tolist() == [f for _, f in readings(60.0)]
+    assert set(table["normal_stress_pa"]) == {60e3}
+    with pytest.raises(CalibrationError, match="are both read as force"):
+        read(tmp_path, rows, columns="{displacement: {column: 3}}")
 
 
 def test_a_lost_cell_is_no_other_number(tmp_path):

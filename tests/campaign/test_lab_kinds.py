@@ -160,6 +160,17 @@ def test_repeats_are_numbered_anew_under_each_load(tmp_path):
         measured(tmp_path, text)
 
 
+def test_a_second_run_under_the_same_load_is_no_other_test(tmp_path):
+    again = [(k, p, x, 0.6 * tau_kpa(p, part)) for k, p in enumerate(LOADS_KPA, 1) for x, part in WAY]
+    lines = table(HEADER, plain).splitlines()
+    rows = [lines[0]]
+    for k in range(3):
+        rows += lines[1 + 7 * k : 8 + 7 * k] + [",".join(map(str, row)) for row in again[7 * k : 7 * k + 7]]
+    found = measured(tmp_path, "\n".join(rows))
+    check(found)
+    assert "first pass forward of 3 tests that go back" in found.loc["cohesion", "method"]
+
+
 def test_a_last_reading_after_the_way_back_is_no_test(tmp_path):
     lines = table(HEADER, plain).splitlines()
     for k, _ in enumerate(LOADS_KPA, 1):
@@ -215,3 +226,11 @@ def test_a_load_at_the_end_of_a_row_holds_on_only_in_a_cell_of_its_own(tmp_path)
     lines[3] = lines[3].removeprefix("1,")  # all other cells would be read one column to the left
     with pytest.raises(CalibrationError, match="line 4, column 'Normal stress .kPa.': empty; allowed: as many cells as the header"):
         measured(tmp_path, "\n".join(lines))
+
+
+def test_a_head_states_one_load(tmp_path):
+    lines = table("Displacement (mm),Shear stress (kPa)", lambda k, p, x, tau: [x, tau], loads=LOADS_KPA[:1])
+    with pytest.raises(
+        CalibrationError, match=r"normal stress above line 4 is \[25000.0, 50000.0\]; allowed: one value, or a column"
+    ):
+        measured(tmp_path, f"Stage 1,Normal stress,25 kPa\nStage 2,Normal stress,50 kPa\n\n{lines}")

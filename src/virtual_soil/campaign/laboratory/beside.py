@@ -72,8 +72,10 @@ def stacked(sheet: Sheet, rows: list[Row]) -> tuple[list[Row], int]:
 
 def spread_at(sheet: Sheet, rows: list[Row], k: int, above: int) -> Spread | None:
     """The header over tables side by side that begins in row k, in one line or two; its titles stand in row `above` or below."""
+    if not rows[k].worded:
+        return None
     ways = [(k, rows[k].cells)]
-    if k + 1 < len(rows):
+    if k + 1 < len(rows) and rows[k + 1].worded:
         if divided(rows[k + 1].cells, sheet.marks(rows[k + 1].cells)) is None:
             ways.append((k + 1, joined(rows[k].cells, rows[k + 1].cells)))
     for last, cells in ways:

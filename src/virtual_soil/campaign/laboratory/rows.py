@@ -33,6 +33,11 @@ class Row:
         return not any(cell.strip() for cell in self.cells)
 
     @property
+    def worded(self) -> bool:
+        """True if a cell has a letter."""
+        return any(any(map(str.isalpha, cell)) for cell in self.cells)
+
+    @property
     def words(self) -> str:
         """The texts of the row, as a title."""
         return " ".join(cell.strip() for cell in self.cells if cell.strip())

@@ -133,7 +133,7 @@ class Reader:
         """
         best, least = None, list(self.wanted)
         for k, row in enumerate(rows):
-            if row.empty:
+            if not row.worded:  # certainly no header
                 continue
             ways = [(k, row.cells)]
             if k + 1 < len(rows):
@@ -203,7 +203,8 @@ class Reader:
                 unit = next(
                     (unit for _, unit in reversed(readings) if unit is not None and kind and unit_key(unit) in UNITS[kind]), None
                 )
-                return Column(index, header, own.unit or unit) if index == own.number - 1 and header else None
+                a_word = bool(header) and NUMBER.fullmatch(header) is None
+                return Column(index, header, own.unit or unit) if index == own.number - 1 and a_word else None
             for wanted in (plain(text).casefold() for text in own.headers):
                 for words, stated in reversed(readings):
                     if stated is not None and kind and not own.unit and unit_key(stated) not in UNITS[kind]:
@@ -225,8 +226,8 @@ class Reader:
         current = Block(columns, len(rows[start].cells), rows[start].line, title_of(rows[start], title_above(rows, start)))
         found, title, gap = [current], "", False
         for row in rows[start + 1 :]:
-            again = {} if row.empty else self.match(row.cells, row.line)
-            if again and not self.lacking(again):
+            again = self.match(row.cells, row.line) if row.worded else {}
+            if again and not self.lacking(again) and self.alike(again, columns):
                 current = Block(again, len(row.cells), row.line, title_of(row, title))
                 found.append(current)
                 continue
@@ -248,6 +249,14 @@ class Reader:
                 current.columns = self.with_units(row, current)
         left.texts += sum(len(block.texts) for block in found)
         return found
+
+    def alike(self, again: Mapping[str, list[Column]], first: Mapping[str, list[Column]]) -> bool:
+        """True if columns that the user numbered have the header again that they had first: any word would do otherwise."""
+        numbered = [name for name, own in self.own.items() if own.number is not None and name in first]
+        return all(
+            [column.header.casefold() for column in again.get(name, ())] == [column.header.casefold() for column in first[name]]
+            for name in numbered
+        )
 
     def kind_of(self, row: Row, block: Block, separator: str, gap: bool) -> str:
         """One of "empty", "units", "statistics", "text" and "reading"; gap : True if the row above is empty.
