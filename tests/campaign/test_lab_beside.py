@@ -213,12 +213,13 @@ def test_what_cannot_be_divided_is_refused_with_what_to_do(tmp_path, rows, mark,
 
 def test_one_table_may_be_chosen_by_its_columns(tmp_path):
     rows = titled(lambda k, p: [["", f"{p:g} kPa"]])
-    text = [["Normal stress: 60 kPa"], rows[1], *rows[2:], [], *[["checked", "by", "N.", "N."]]]
-    table = read_laboratory(
-        csv_file(tmp_path, text), CURVE, {"displacement": {"column": 3}, "force": {"column": 4}}, optional=BESIDE
-    ).table
+    numbered = {"displacement": {"column": 3}, "force": {"column": 4}}
+    text = [["Run", 1, 2, 3], ["Normal stress: 60 kPa"], rows[1], *rows[2:], [], ["checked", "by", "N.", "N."]]
+    table = read_laboratory(csv_file(tmp_path, text), CURVE, numbered, optional=BESIDE).table
     assert table["force_n"].tolist() == [f for _, f in readings(60.0)]
     assert set(table["normal_stress_pa"]) == {60e3}
+    with pytest.raises(CalibrationError, match="line 6, column 'Shear displacement .*': 'then'; allowed: a number"):
+        read_laboratory(csv_file(tmp_path, [*text[:5], ["", "", "then", "on"], *text[5:]]), CURVE, numbered, optional=BESIDE)
     with pytest.raises(CalibrationError, match="are both read as force"):
         read(tmp_path, rows, columns="{displacement: {column: 3}}")
 

@@ -169,6 +169,7 @@ def test_a_second_run_under_the_same_load_is_no_other_test(tmp_path):
     found = measured(tmp_path, "\n".join(rows))
     check(found)
     assert "first pass forward of 3 tests that go back" in found.loc["cohesion", "method"]
+    assert "told apart" not in found.loc["cohesion", "method"]
 
 
 def test_a_last_reading_after_the_way_back_is_no_test(tmp_path):
