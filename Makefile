@@ -18,6 +18,7 @@ campaign: setup  ## the complete study at default settings: results/default/repo
 setup: $(READY)  ## create the virtual environment with the locked versions and install the package
 
 $(READY): requirements.lock pyproject.toml
+	@PYTHONPATH=src $(PYTHON) -m virtual_soil.campaign.folders
 	$(PYTHON) -m venv .venv
 	$(BIN)/pip install --quiet --requirement requirements.lock
 	$(BIN)/pip install --quiet --no-deps --no-build-isolation --editable .

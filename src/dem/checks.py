@@ -3,8 +3,10 @@
 import numpy as np
 
 from dem.layout import RADIUS
+from dem.lists.grid import FARTHEST
 from dem.material import require
 from dem.shapes import Wall, distance
+from dem.shapes.wall import FIRST
 from dem.state import SimulationState
 
 #: Maximum overlap of new grains in radii: more would throw them apart.
@@ -71,14 +73,60 @@ def check_ready(state: SimulationState, skin: float) -> None:
             require(period == 0 or period > cutoff, f"period_m along {axis}", period, allowed)
 
 
+def check_finite(state: SimulationState) -> None:
+    """Raise SimulationError if a grain has no position: such a grain is at no height, so that it would pass for one that left."""
+    if not np.isfinite(state.places).all():
+        raise SimulationError(not_finite(state))
+
+
 def blow_up_message(state: SimulationState, ratio: float, speed_limit: float) -> str:
-    """Description of the grain that blew up."""
-    velocities = state.velocities
-    if not (np.isfinite(velocities).all() and np.isfinite(state.places).all()):
-        return f"blew up: a grain's state is not finite after t = {state.time_s:.4g} s"
-    speed = np.linalg.norm(velocities[:, :3], axis=1)
-    k = int(np.argmax(speed))
+    """Description of the wall or grain that is too fast, or of the grain that is too far away, and what helps."""
+    if not all(np.isfinite(values).all() for values in (state.bodies.velocity, state.velocities, state.places)):
+        return not_finite(state)
+    walls, grains = np.linalg.norm(state.bodies.velocity, axis=1), np.linalg.norm(state.velocities[:, :3], axis=1)
+    wall, grain = walls.max(initial=0.0), grains.max(initial=0.0)
+    after, limit = f"after t = {state.time_s:.4g} s", f"more than {ratio} of a radius in one step ({speed_limit:.3g} m/s)"
+    if wall > speed_limit:
+        w = int(np.argmax(walls))
+        return f"blew up: {moves(state, w, wall)} {after}, {limit}; {slower(state, w)}"
+    if grain > speed_limit:
+        k = int(np.argmax(grains))
+        # a wall that strikes a grain gives it at most twice its own speed
+        struck = f"; {moves(state, int(np.argmax(walls)), wall)}" if 2.0 * wall >= grain else ""
+        return f"blew up: grain {state.ids[k]} moves at {grain:.3g} m/s {after}, {limit}{struck}{fallen(state, k)}"
+    k = int(np.argmax(np.abs(state.places[:, :3]).max(axis=1) / state.places[:, RADIUS]))
+    place = f"({', '.join(f'{x:.4g}' for x in state.places[k, :3])}) m {after}"
+    return f"blew up: grain {state.ids[k]} is at {place}, more than {FARTHEST:g} radii from the origin{fallen(state, k)}"
+
+
+def not_finite(state: SimulationState) -> str:
+    """Description of the first wall or grain whose state is not finite."""
+    walls = np.flatnonzero(~np.isfinite(state.bodies.velocity).all(axis=1))
+    grains = state.ids[~(np.isfinite(state.places).all(axis=1) & np.isfinite(state.velocities).all(axis=1))]
+    names = [f"wall {state.walls[w].name!r}" for w in walls] + [f"grain {k}" for k in sorted(grains)]
+    return f"blew up: position or velocity of {names[0]} is not finite after t = {state.time_s:.4g} s"
+
+
+def moves(state: SimulationState, w: int, speed: float) -> str:
+    """Wall w with its speed in m/s, for a message."""
+    return f"wall {state.walls[w].name!r} moves at {speed:.3g} m/s"
+
+
+def slower(state: SimulationState, w: int) -> str:
+    """Advice on a wall that is too fast."""
+    axis = int(np.argmax(np.abs(state.bodies.velocity[w])))
+    if state.bodies.driven[w, axis]:
+        return f"a force drives it along {'xyz'[axis]}: increase mass_kg or damping_kg_s of its Drive"
+    return "move it more slowly, or reduce time_step_rayleigh_ratio"
+
+
+def fallen(state: SimulationState, k: int) -> str:
+    """Advice on a grain that falls, in the order in memory, with no wall below it; empty for others."""
+    lowest = state.surfaces.geometry[:, FIRST + 2].min(initial=np.inf)
+    velocity, falls = state.velocities[k, :3], state.gravity[2] < 0
+    if not falls or state.places[k, 2] + state.places[k, RADIUS] > lowest or -velocity[2] < 0.9 * np.linalg.norm(velocity):
+        return ""
     return (
-        f"blew up: grain {k} moves at {speed[k]:.3g} m/s after t = {state.time_s:.4g} s, "
-        f"more than {ratio} of a radius in one step ({speed_limit:.3g} m/s)"
+        f"; it is at z = {state.places[k, 2]:.4g} m, and no wall is below it: if it fell off, set floor_m; grains below that "
+        "height leave the simulation at the end of each `advance`"
     )

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from dem.material import require
+from dem.material import require, require_vector
 
 #: Spacing of the layers in mean diameters of the largest grain: close, so that filling needs few steps, yet without contact.
 SPACING_RATIO = 1.125
@@ -13,34 +13,104 @@ SPACING_RATIO = 1.125
 JITTER_RATIO = 0.1
 
 
+#: Distributions of the radii that a standard deviation describes.
+DISTRIBUTIONS = ("normal", "log_normal")
+#: Both are cut off at this number of standard deviations, of the radius or of its logarithm.
+CUT_OFF = 2.0
+#: Largest over smallest radius of the classes: the neighbour search follows the largest grain.
+WIDEST_RATIO = 10.0
+
+
 @dataclass(frozen=True, kw_only=True)
 class Sizes:
-    """Grain radii: mean, and standard deviation over mean of a normal distribution cut off at two deviations (0: all equal)."""
+    """Grain radii.
+
+    mean_m : mean radius of all grains. sd_ratio : standard deviation over mean of the distribution before it is cut off (0: all
+    equal). classes : in place of a distribution, pairs of a radius (in any unit: their mean is mean_m) and the share of the grains'
+    mass that has it, as sieves give it.
+    """
 
     mean_m: float
     sd_ratio: float = 0.0
+    distribution: str = "normal"
+    classes: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self):
         require(0 < self.mean_m < math.inf, "mean radius", self.mean_m, "a positive number")
         require(0 <= self.sd_ratio <= 0.4, "radius_sd_ratio", self.sd_ratio, "from 0 to 0.4")
+        require(self.distribution in DISTRIBUTIONS, "distribution of radii", self.distribution, " or ".join(DISTRIBUTIONS))
+        object.__setattr__(self, "classes", tuple((float(radius), float(mass)) for radius, mass in self.classes))
+        if not self.classes:
+            return
+        require(self.sd_ratio == 0.0, "radius_sd_ratio", self.sd_ratio, "0 with classes of radii")
+        radii, masses = zip(*self.classes, strict=True)
+        require(all(0 < x < math.inf for x in (*radii, *masses)), "classes of radii", self.classes, "positive radii and shares")
+        widest = max(radii) / min(radii)
+        require(widest <= WIDEST_RATIO, "largest over smallest radius", f"{widest:.3g}", f"at most {WIDEST_RATIO:g}")
 
     @property
     def smallest_m(self) -> float:
         """Radius of the smallest grain that can occur."""
-        return self.mean_m * (1.0 - 2.0 * self.sd_ratio)
+        return self.mean_m * self._ends()[0]
 
     @property
     def largest_m(self) -> float:
         """Radius of the largest grain that can occur."""
-        return self.mean_m * (1.0 + 2.0 * self.sd_ratio)
+        return self.mean_m * self._ends()[1]
+
+    @property
+    def volume_ratio(self) -> float:
+        """Mean volume of the grains over that of a grain of the mean radius; of a normal distribution as if it were not cut off."""
+        if self.classes:
+            ratios, shares = self._numbers()
+            return float(shares @ ratios**3)
+        if self.distribution == "log_normal":
+            return self._log_moment(3.0) / self._log_moment(1.0) ** 3
+        return 1.0 + 3.0 * self.sd_ratio**2
 
     def draw(self, n: int, rng: np.random.Generator) -> np.ndarray:
         """Radii of n grains in m, shape (n,)."""
+        if self.classes:
+            ratios, shares = self._numbers()
+            ends = np.rint(n * np.cumsum(shares)).astype(int)  # exact shares, as random ones would differ in mass
+            return self.mean_m * rng.permutation(np.repeat(ratios, np.diff(ends, prepend=0)))
         if self.sd_ratio == 0.0:
             return np.full(n, self.mean_m)
         deviations = rng.standard_normal(4 * n + 64)
-        deviations = deviations[np.abs(deviations) <= 2.0][:n]
+        deviations = deviations[np.abs(deviations) <= CUT_OFF][:n]
+        if self.distribution == "log_normal":
+            return self.mean_m * np.exp(self._log_sd() * deviations) / self._log_moment(1.0)
         return self.mean_m * (1.0 + self.sd_ratio * deviations)
+
+    def _ends(self) -> tuple[float, float]:
+        """Smallest and largest radius over the mean."""
+        if self.classes:
+            ratios, _ = self._numbers()
+            return float(ratios.min()), float(ratios.max())
+        if self.distribution == "log_normal":
+            reach, mean = CUT_OFF * self._log_sd(), self._log_moment(1.0)
+            return math.exp(-reach) / mean, math.exp(reach) / mean
+        return 1.0 - CUT_OFF * self.sd_ratio, 1.0 + CUT_OFF * self.sd_ratio
+
+    def _numbers(self) -> tuple[np.ndarray, np.ndarray]:
+        """Radii of the classes over their mean (k,), ascending, and the share of the grains' number in each (k,)."""
+        radii, masses = np.array(sorted(self.classes)).T
+        shares = masses / radii**3
+        shares /= shares.sum()
+        return radii / (shares @ radii), shares
+
+    def _log_sd(self) -> float:
+        """Standard deviation of the logarithm of a log-normal radius."""
+        return math.sqrt(math.log(1.0 + self.sd_ratio**2))
+
+    def _log_moment(self, power: float) -> float:
+        """Mean of exp(power s z) for normal z cut off at CUT_OFF, s the deviation of the logarithm."""
+        s = power * self._log_sd()
+
+        def below(x: float) -> float:
+            return 0.5 * (1.0 + math.erf(x / math.sqrt(2.0)))
+
+        return math.exp(0.5 * s**2) * (below(CUT_OFF - s) - below(-CUT_OFF - s)) / (below(CUT_OFF) - below(-CUT_OFF))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +120,11 @@ class TubeRegion:
     radius_m: float
     bottom_m: float
     centre_m: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self):
+        require(0 < self.radius_m < math.inf, "radius_m of a region", self.radius_m, "a positive number")
+        require(math.isfinite(self.bottom_m), "bottom_m of a region", self.bottom_m, "a finite number")
+        require_vector(self.centre_m, 2, "centre_m of a region")
 
     def layer(self, spacing, margin, rng) -> np.ndarray:
         """Horizontal positions (k, 2) of one layer: a square lattice, turned and shifted at random."""
@@ -71,6 +146,11 @@ class BoxRegion:
     bottom_m: float
     periodic_x: bool = False
     periodic_y: bool = False
+
+    def __post_init__(self):
+        require_vector(self.low_m, 2, "low_m of a region")
+        require_vector(self.high_m, 2, "high_m of a region")
+        require(math.isfinite(self.bottom_m), "bottom_m of a region", self.bottom_m, "a finite number")
 
     def layer(self, spacing, margin, rng) -> np.ndarray:
         """Horizontal positions (k, 2) of one layer: a square lattice stretched to fill the box, shifted at random."""
@@ -104,6 +184,8 @@ class Factory:
 
     def __post_init__(self):
         require(self.n_grains > 0, "n_grains", self.n_grains, "at least 1")
+        require(math.isfinite(self.time_s), "time_s of a factory", self.time_s, "a finite number")
+        require_vector(self.velocity_m_s, 3, "velocity_m_s of a factory")
 
     def make(self) -> tuple[np.ndarray, np.ndarray]:
         """Positions (n, 3) and radii (n,) in m. Raises ValueError when not a single grain fits into a layer."""

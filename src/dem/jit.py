@@ -11,6 +11,8 @@ import os
 from pathlib import Path
 from typing import Any, cast
 
+from dem.cache import kernel_folder
+
 PACKAGE = Path(__file__).parent
 
 #: No Python exceptions on division, and arithmetic may be reordered: LLVM can then vectorise the kernels. No kernel is
@@ -43,12 +45,7 @@ def source_hash() -> str:
     return digest.hexdigest()[:16]
 
 
-def _cache_folder() -> Path:
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "virtual-soil" / "kernels" / source_hash()
-
-
-os.environ.setdefault("NUMBA_CACHE_DIR", str(_cache_folder()))
+os.environ["NUMBA_CACHE_DIR"] = str(kernel_folder(source_hash()))
 os.environ.setdefault("NUMBA_SLP_VECTORIZE", "1")  # 15-20 % faster kernels; read once, when numba is imported
 # OpenMP's threads spin between two loops; those of the other layers sleep, and waking them takes longer than a step.
 os.environ.setdefault("NUMBA_THREADING_LAYER_PRIORITY", "omp tbb workqueue")

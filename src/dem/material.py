@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from dem.html import Rich
 
 
@@ -10,6 +12,17 @@ def require(condition: bool, name: str, value, allowed: str) -> None:
     """Raise ValueError naming the quantity, its value and what is allowed, unless the condition holds."""
     if not condition:
         raise ValueError(f"{name} is {value}; allowed: {allowed}.")
+
+
+def require_vector(values, n: int, name: str, endless: bool = False) -> None:
+    """Raise ValueError naming the quantity unless it is n (2 or 3) finite numbers; endless: they may be infinite, but not NaN."""
+    try:
+        array = np.asarray(values, float)
+    except (TypeError, ValueError):
+        array = np.zeros(0)
+    sound = array.shape == (n,) and not (np.isnan(array) if endless else ~np.isfinite(array)).any()
+    allowed = f"{('two', 'three')[n - 2]} " + ("numbers, infinite where endless" if endless else "finite numbers")
+    require(sound, name, values, allowed)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ from typing import cast
 import numpy as np
 
 from dem import compiled, ledger
-from dem.checks import SimulationError, check_overlaps, check_ready, check_surroundings
+from dem.checks import SimulationError, check_finite, check_overlaps, check_ready, check_surroundings
 from dem.contact.model import DAMPING_MODELS, ROLLING, ContactModel
 from dem.factory import Factory
 from dem.html import Rich, table
@@ -29,7 +29,7 @@ from dem.layout import (
 )
 from dem.lists.pairs import deepest_overlap
 from dem.lists.storage import Widths
-from dem.material import Interaction, Material, require
+from dem.material import Interaction, Material, require, require_vector
 from dem.runner import Runner
 from dem.shapes import Wall
 from dem.state import SimulationState
@@ -40,6 +40,9 @@ __all__ = ["Grains", "Simulation", "SimulationError"]
 
 #: Number of grains from which on (the first-level cache is full) they are sorted in space, and steps from one sort to the next.
 SORT_FROM, SORT_STEPS = 1000, 5000
+
+#: The acceleration in `is_static` without gravity, the default of `gravity_m_s2`.
+SCALE_WITHOUT_GRAVITY_M_S2 = 9.81
 
 
 @dataclass(frozen=True)
@@ -101,10 +104,11 @@ class Simulation:
         require(damping_model in DAMPING_MODELS, "damping_model", repr(damping_model), f"one of {list(DAMPING_MODELS)}")
         require(precision in ("float32", "float64"), "precision", repr(precision), "float32 or float64")
         require(0 < smallest_radius_m < math.inf, "smallest_radius_m", smallest_radius_m, "a positive number")
-        require(bool(np.isfinite(gravity_m_s2).all()), "gravity_m_s2", gravity_m_s2, "three finite numbers")
+        require_vector(gravity_m_s2, 3, "gravity_m_s2")
+        require_vector(period_m, 3, "period_m")
         period = np.asarray(period_m, float)
-        require(bool((np.isfinite(period) & (period >= 0)).all()), "period_m", period_m, "lengths, 0 where not periodic")
-        require(not math.isnan(floor_m), "floor_m", floor_m, "a height, or -inf")
+        require(bool((period >= 0).all()), "period_m", period_m, "lengths, 0 where not periodic")
+        require(floor_m < math.inf, "floor_m", floor_m, "a height, or -inf")
         require(1 <= threads <= MAX_THREADS, "threads", threads, f"1 to {MAX_THREADS}")
         self._settings = {
             "smallest_radius_m": smallest_radius_m,
@@ -193,7 +197,7 @@ class Simulation:
 
     def move_wall(self, name: str, velocity_m_s: tuple[float, float, float]) -> None:
         """Give a wall a new prescribed velocity."""
-        require(bool(np.isfinite(velocity_m_s).all()), f"velocity of wall {name!r}", velocity_m_s, "three finite numbers")
+        require_vector(velocity_m_s, 3, f"velocity_m_s of wall {name!r}")
         self._state.bodies.velocity[self._wall_index(name)] = velocity_m_s
 
     def add_factory(self, factory: Factory) -> None:
@@ -269,6 +273,7 @@ class Simulation:
         ------
         SimulationError : a grain moves too fast or has no sensible position: the state is worthless.
         """
+        require(n_steps >= 0, "n_steps", n_steps, "zero or positive")
         state = self._state
         check_ready(state, self._runner.skin)
         forces = np.zeros((len(state.walls), 3))
@@ -283,6 +288,7 @@ class Simulation:
             state.time_s += chunk * self.time_step_s
             remaining -= chunk
         state.mean_wall_forces_n = dict(zip(self.wall_names, forces / max(n_steps, 1), strict=True))
+        check_finite(state)
         self._let_grains_leave()
         self._run_factories()
 
@@ -311,7 +317,8 @@ class Simulation:
         -------
         True if the condition held, or if there is none; False if the time ran out first.
         """
-        require(duration_s >= 0, "duration_s", duration_s, "zero or positive")
+        require(0 <= duration_s < math.inf, "duration_s", duration_s, "a finite number, zero or positive")
+        require(every_steps >= 1, "every_steps", every_steps, "at least 1")
         remaining = math.ceil(duration_s / self.time_step_s - 1e-9)
         while remaining > 0:
             chunk = min(every_steps, remaining)
@@ -380,14 +387,18 @@ class Simulation:
         return ledger.summary(cast(np.ndarray, self._state.entries), self._state.exchanged_j)
 
     def is_static(self, ratio: float = 1e-8) -> bool:
-        """True if the translational kinetic energy per grain is below `ratio` times m g r (a fall by one radius).
+        """True if the translational kinetic energy per free grain is below `ratio` times m g r (a fall by one radius).
 
         Spin does not count: with type C nothing brakes a grain that spins about its contact's normal, and it moves nothing.
+
+        Without gravity, g is the earth's (`SCALE_WITHOUT_GRAVITY_M_S2`): rigid grains have no speed of their own to compare with.
+        Grains that no other holds then drift on, and slow down only as they collide: a packing may need a ratio of 1e-5 or more.
         """
-        if not self.n_grains:
-            return True
         free = self._state.is_free
-        weight = np.linalg.norm(self._state.gravity) / self._state.inverse_masses[free]
+        if not free.any():
+            return True
+        g = np.linalg.norm(self._state.gravity) or SCALE_WITHOUT_GRAVITY_M_S2
+        weight = g / self._state.inverse_masses[free]
         translation, _ = kinetic_energy(self._state.grains)
         return translation < ratio * float((weight * self._state.places[free, RADIUS]).sum())
 

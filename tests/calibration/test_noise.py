@@ -4,9 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from virtual_soil.calibration.models import known_points, space_of
+from virtual_soil.calibration.models import known_points
 from virtual_soil.calibration.noise import BORROWED, censoring, error_of_mean, known_scatter, scatter_at
 from virtual_soil.calibration.response import Response
+from virtual_soil.calibration.space import space_of
 
 ANGLE = Response(
     name="angle", column="angle_deg", unit="deg", symbol="A", table="heaps", bound_column="angle_bound_deg", maximum=90.0

@@ -11,11 +11,12 @@ import pytest
 
 from virtual_soil import calibration
 from virtual_soil.calibration.checks import reachability_table
-from virtual_soil.calibration.models import fit_all, from_json, space_of, to_json
+from virtual_soil.calibration.models import fit_all, from_json, to_json
 from virtual_soil.calibration.noise import scatter_at, student
 from virtual_soil.calibration.optimise import calibrate
 from virtual_soil.calibration.points import point_at, point_id
 from virtual_soil.calibration.response import Response
+from virtual_soil.calibration.space import space_of
 from virtual_soil.calibration.twin import left_out_points, twin_soil
 from virtual_soil.calibration.uncertainty import identifiability, likelihood_of, posterior_table, sample
 from virtual_soil.calibration.verify import comparison_table, conclusion

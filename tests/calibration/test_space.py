@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from virtual_soil.calibration.space import Space, inside_hull
+from virtual_soil.calibration.space import Space, filling, inside_hull, space_of
 
 SPACE = Space(("radius_m", "rolling_friction"), {"radius_m": (25e-6, 500e-6), "rolling_friction": (0.0, 0.3)}, {"radius_m": 0.0})
 
@@ -44,3 +44,22 @@ def test_points_on_a_line_have_a_hull_too():
     line = np.array([[0.0, 0.0], [1.0, 1.0]])
     assert inside_hull(line, np.array([0.5, 0.5]))
     assert not inside_hull(line, np.array([0.5, 0.4]))
+
+
+def test_points_fill_the_box_with_its_corners_if_they_are_few():
+    space = space_of({"variables": ["a", "b"], "ranges": {"a": [0.0, 1.0], "b": [1e-4, 1e-2]}})
+    assert space.offsets == {"a": 0.1, "b": 0.0}
+    points = filling(space, 32)
+    assert len({tuple(point.values()) for point in points}) == 32
+    assert {(0.0, 1e-4), (0.0, 1e-2), (1.0, 1e-4), (1.0, 1e-2)} <= {(point["a"], point["b"]) for point in points}
+    assert points[:20] == filling(space, 20)  # more points keep those that there are
+    many = space_of({"variables": list("abcde"), "ranges": dict.fromkeys("abcde", [0.5, 2.0])})
+    inside = filling(many, 80)
+    assert all(0.5 < value < 2.0 for point in inside for value in point.values())  # 32 corners would be too many
+    assert np.mean([point["a"] for point in inside]) == pytest.approx(1.5 / np.log(4.0), rel=0.03)  # even in the logarithm
+
+
+def test_a_range_below_zero_is_linear():
+    space = space_of({"variables": ["a"], "ranges": {"a": [-0.2, 0.4]}})
+    assert space.offsets == {}
+    assert space.unit({"a": 0.1}) == pytest.approx(0.5)

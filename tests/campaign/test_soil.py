@@ -180,3 +180,23 @@ def test_a_curve_too_short_to_be_steady_is_refused(tmp_path):
         measure_soil(write(tmp_path, text))
     with pytest.raises(CalibrationError, match="direct_shear_csv.strength is 'highest'; allowed: peak or plateau or steady"):
         measure_soil(write(tmp_path, text.replace("steady", "highest")))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "cohesion_pa: {value: 1e3, source: book}",
+        "cohesion_pa: {value: 30.0, source: book, standard_uncertainty: 1e3}",
+        "direct_shear_csv: {file: shear.csv, shear_area_m2: 1e3}",
+        "direct_shear_csv: {file: shear.csv, shear_area_m2: 0.0036, columns: {force: {header: F, factor: 1e3}}}",
+        "repose_csv: {file: heaps.csv, columns: {angle_of_repose: {header: A, factor: 1e3}}}",
+        "repose_test: {fill_height_m: 1e3}",
+        "shear_test: {normal_stresses_pa: [1e3, 2e3, 4e3]}",
+    ],
+)
+def test_every_number_of_a_soil_file_that_yaml_takes_for_a_text_is_refused_with_how_to_write_it(tmp_path, text):
+    write(tmp_path, "test,normal_stress_pa,displacement_m,F\n1,1000,0.0,1.0\n1,1000,0.001,2.0\n", "shear.csv")
+    write(tmp_path, "A\n29.0\n31.0\n", "heaps.csv")
+    given = "" if text.startswith("cohesion_pa") else "cohesion_pa: {value: 30.0, source: book}\n"
+    with pytest.raises(CalibrationError, match=r"\(YAML reads this as a text; write 1000 or 1\.0e\+3\)"):
+        measure_soil(write(tmp_path, given + text))

@@ -29,6 +29,10 @@ def floor(**settings):
     return dem.Box(name="floor", material="soil", low_m=(-1.0, -1.0, 0.0), high_m=(1.0, 1.0, 0.0), **settings)
 
 
+def tube(**settings):
+    return dem.Tube(**{"name": "tube", "material": "soil", "radius_m": 5 * RADIUS_M, "bottom_m": 0.0, "top_m": 1.0} | settings)
+
+
 def alone(**settings):
     """One grain at the origin."""
     motion = {name: settings.pop(name) for name in list(settings) if name.endswith(("velocities_m_s", "velocities_rad_s"))}
@@ -38,10 +42,10 @@ def alone(**settings):
 
 
 def box_of_grains(seed=1, n=150, **settings):
-    walls = [floor(), dem.Tube(name="tube", material="soil", radius_m=5 * RADIUS_M, bottom_m=0.0, top_m=1.0)]
-    simulation = make(walls, **settings)
-    region = dem.TubeRegion(radius_m=5 * RADIUS_M, bottom_m=0.0)
-    simulation.add_factory(dem.Factory(n_grains=n, region=region, sizes=dem.Sizes(mean_m=RADIUS_M), material="soil", seed=seed))
+    region, sizes = dem.TubeRegion(radius_m=5 * RADIUS_M, bottom_m=0.0), dem.Sizes(mean_m=RADIUS_M)
+    made = {name: settings.pop(name) for name in ("time_s", "velocity_m_s") if name in settings}
+    simulation = make([floor(), tube()], **settings)
+    simulation.add_factory(dem.Factory(n_grains=n, region=region, sizes=sizes, material="soil", seed=seed, **made))
     return simulation
 
 
@@ -280,6 +284,117 @@ def test_a_blow_up_is_an_error_that_says_what_and_when():
         simulation.run(0.1, every_steps=10)
 
 
+def small_plate(**settings):
+    """A plate of 2 cm in the plane z = 0."""
+    return dem.Box(name="plate", material="soil", low_m=(-0.01, -0.01, 0.0), high_m=(0.01, 0.01, 0.0), **settings)
+
+
+def blame(simulation, seconds, **options):
+    """Message of a simulation that blows up."""
+    with pytest.raises(dem.SimulationError) as caught:
+        simulation.run(seconds, **options)
+    return str(caught.value)
+
+
+WEIGHTLESS = {"gravity_m_s2": (0.0, 0.0, 0.0)}
+
+
+def test_a_wall_that_is_too_fast_is_blamed_by_name():
+    simulation = make([floor(), small_plate()], **WEIGHTLESS)
+    simulation.add_grains([(0, 0, 3e-3)], RADIUS_M, "soil")
+    simulation.move_wall("plate", (0, 0, 30.0))
+    said = blame(simulation, 0.001)
+    assert "blew up: wall 'plate' moves at 30 m/s after t = 0 s" in said
+    assert said.endswith("move it more slowly, or reduce time_step_rayleigh_ratio")
+
+
+def test_a_wall_that_its_force_throws_is_blamed_with_its_drive():
+    lid = small_plate(drive=dem.Drive(axis=2, applied_force_n=-1.0, mass_kg=1e-6))
+    simulation = make([floor(), lid], **WEIGHTLESS)
+    simulation.add_grains([(0, 0, 0.5)], RADIUS_M, "soil")
+    said = blame(simulation, 0.01)
+    assert "blew up: wall 'plate' moves at " in said
+    assert said.endswith("a force drives it along z: increase mass_kg or damping_kg_s of its Drive")
+
+
+def test_a_grain_that_a_wall_has_struck_is_blamed_together_with_the_wall():
+    simulation = make([small_plate(velocity_m_s=(0, 0, 0.9))], time_step_rayleigh_ratio=0.5, **WEIGHTLESS)
+    limit = simulation._runner.speed_limit
+    simulation.move_wall("plate", (0, 0, 0.9 * limit))
+    simulation.add_grains([(0, 0, 1.2e-3)], RADIUS_M, "soil")
+    said = blame(simulation, 0.001)
+    assert "blew up: grain 0 moves at " in said
+    assert said.endswith(f"; wall 'plate' moves at {0.9 * limit:.3g} m/s")
+
+
+def test_a_grain_that_fell_off_its_plate_is_blamed_with_the_floor_that_lets_it_leave():
+    """The second grain; in memory it may be any, so grains are sorted before."""
+    simulation = make([small_plate()], gravity_m_s2=(0.0, 0.0, -1000.0))
+    simulation.add_grains([(0, 0, RADIUS_M), (0.05, 0, RADIUS_M), (-5e-3, 0, RADIUS_M)], RADIUS_M, "soil")
+    simulation._state.restructure(np.array([1, 2, 0]))
+    said = blame(simulation, 1.0)
+    assert "blew up: grain 1 moves at " in said
+    assert "no wall is below it: if it fell off, set floor_m" in said
+    with_floor = make([small_plate()], gravity_m_s2=(0.0, 0.0, -1000.0), floor_m=-0.01)
+    with_floor.add_grains([(0, 0, RADIUS_M), (0.05, 0, RADIUS_M)], RADIUS_M, "soil")
+    with_floor.run(0.1)
+    assert (with_floor.n_left, with_floor.n_grains) == (1, 1)
+
+
+def test_a_grain_that_is_only_too_fast_gets_no_advice_about_floors_and_walls():
+    simulation = make([floor()])
+    simulation.add_grains([(0, 0, 0.1)], RADIUS_M, "soil", velocities_m_s=(0, 0, -30.0))
+    assert blame(simulation, 0.1, every_steps=1).endswith("of a radius in one step (18.3 m/s)")
+
+
+def test_a_grain_too_far_away_is_blamed_with_its_position():
+    simulation = make([floor()], **WEIGHTLESS)
+    simulation.add_grains([(0, 0, 1.0), (0, 90.0, 150.0)], RADIUS_M, "soil")
+    assert "blew up: grain 1 is at (0, 90, 150) m after t = 0 s, more than 100000 radii" in blame(simulation, 0.1)
+
+
+@pytest.mark.parametrize(("name", "said"), [("walls", "of wall 'floor' is"), ("grains", "of grain 2 is")])
+def test_what_is_not_a_number_has_not_left_but_blown_up(name, said):
+    simulation = make([floor()])
+    simulation.add_grains([(5e-3 * k, 0, RADIUS_M) for k in range(4)], RADIUS_M, "soil")
+    if name == "walls":
+        simulation._state.bodies.velocity[0, 2] = np.nan
+    else:
+        simulation._state.places[2, 0] = np.nan
+    message = blame(simulation, 0.001)
+    assert f"blew up: position or velocity {said} not finite" in message
+    assert (simulation.n_left, simulation.n_grains) == (0, 4)
+
+
+def test_grains_at_rest_are_static_without_gravity_and_grains_that_move_are_not():
+    simulation = make([floor()], **WEIGHTLESS)
+    assert simulation.is_static()
+    simulation.add_grains([(0, 0, RADIUS_M), (0.01, 0, RADIUS_M)], RADIUS_M, "soil")
+    assert simulation.is_static()
+    simulation.add_grains([(0.02, 0, RADIUS_M)], RADIUS_M, "soil", velocities_m_s=(0, 0, 0.01))
+    assert not simulation.is_static()
+    simulation.glue([2], "floor")
+    assert simulation.is_static()
+
+
+def test_a_packing_under_a_lid_comes_to_rest_without_gravity():
+    """Grains that no force chain holds drift on between the others, so the criterion is wider than by default."""
+    simulation = box_of_grains(n=60, velocity_m_s=(0, 0, -0.1), **WEIGHTLESS)
+    drive = dem.Drive(axis=2, applied_force_n=-0.02, mass_kg=1e-4, damping_kg_s=0.05)
+    lid = dem.Box(name="lid", material="soil", low_m=(-1.0, -1.0, 0.02), high_m=(1.0, 1.0, 0.02), drive=drive)
+    simulation.add_wall(lid)
+    assert not simulation.is_static(1e-4)
+    assert simulation.run(2.0, until=lambda s: s.is_static(1e-4))
+    assert simulation.mean_wall_forces_n["lid"][2] == pytest.approx(0.02, rel=1e-2)
+
+
+def test_glued_grains_alone_are_static():
+    simulation = make([floor()])
+    simulation.add_grains([(0, 0, RADIUS_M)], RADIUS_M, "soil")
+    simulation.glue([0], "floor")
+    assert simulation.is_static()
+
+
 @pytest.mark.parametrize(
     ("make_it", "message"),
     [
@@ -313,8 +428,31 @@ def test_a_blow_up_is_an_error_that_says_what_and_when():
         ),
         (lambda: box_of_grains(n=0), "n_grains is 0; allowed: at least 1"),
         (lambda: alone(floor_m=1.0), "height of grain 0 is 0.0; allowed: at least floor_m = 1.0"),
-        (lambda: make([floor()]).move_wall("floor", (0, 0, np.nan)), "velocity of wall 'floor' is (0, 0, nan); allowed"),
-        (lambda: dem.Box(name="a", material="soil", low_m=(0, 0, np.nan), high_m=(0, 0, 0)), "Box 'a': low_m"),
+        (lambda: make([floor()]).move_wall("floor", (0, 0, np.nan)), "velocity_m_s of wall 'floor' is (0, 0, nan); allowed"),
+        (lambda: make([floor()]).move_wall("floor", 1.0), "velocity_m_s of wall 'floor' is 1.0; allowed: three finite numbers"),
+        (lambda: floor(velocity_m_s=(0, np.nan, 0)), "velocity_m_s of wall 'floor' is (0, nan, 0); allowed"),
+        (lambda: floor(velocity_m_s=(np.inf, 0, 0)), "velocity_m_s of wall 'floor' is (inf, 0, 0); allowed"),
+        (lambda: dem.Box(name="a", material="soil", low_m=(0, 0, np.nan), high_m=(0, 0, 0)), "low_m of wall 'a' is (0, 0, nan)"),
+        (lambda: dem.Box(name="a", material="soil", low_m=(0, 0), high_m=(0, 0)), "low_m of wall 'a' is (0, 0); allowed"),
+        (lambda: dem.Box(name="a", material="soil", low_m=(0, 0, 1), high_m=(0, 0, 0)), "Box 'a': low_m (0, 0, 1) must not"),
+        (lambda: tube(radius_m=np.inf), "radius_m of wall 'tube' is inf; allowed: a positive number"),
+        (lambda: tube(centre_m=(0, np.nan)), "centre_m of wall 'tube' is (0, nan); allowed: two finite numbers"),
+        (lambda: tube(top_m=np.nan), "Tube 'tube': bottom_m 0.0 must not exceed top_m nan"),
+        (lambda: dem.Drive(axis=3, applied_force_n=1.0, mass_kg=1.0), "Drive.axis is 3; allowed"),
+        (lambda: dem.Drive(axis=2, applied_force_n=np.nan, mass_kg=1.0), "Drive.applied_force_n is nan; allowed"),
+        (lambda: dem.Drive(axis=2, applied_force_n=1.0, mass_kg=np.inf), "Drive.mass_kg is inf; allowed"),
+        (lambda: dem.Drive(axis=2, applied_force_n=1.0, mass_kg=1.0, damping_kg_s=np.nan), "Drive.damping_kg_s is nan; allowed"),
+        (lambda: box_of_grains(time_s=np.nan), "time_s of a factory is nan; allowed"),
+        (lambda: box_of_grains(velocity_m_s=(0, 0, np.nan)), "velocity_m_s of a factory is (0, 0, nan); allowed"),
+        (lambda: dem.TubeRegion(radius_m=np.nan, bottom_m=0.0), "radius_m of a region is nan; allowed"),
+        (lambda: dem.BoxRegion(low_m=(0, np.nan), high_m=(1, 1), bottom_m=0.0), "low_m of a region is (0, nan); allowed"),
+        (lambda: dem.BoxRegion(low_m=(0, 0), high_m=(1, 1), bottom_m=np.nan), "bottom_m of a region is nan; allowed"),
+        (lambda: make(gravity_m_s2=(0.0, -9.81)), "gravity_m_s2 is (0.0, -9.81); allowed: three finite numbers"),
+        (lambda: make(gravity_m_s2=("0", "0", "down")), "gravity_m_s2 is ('0', '0', 'down'); allowed"),
+        (lambda: make(floor_m=np.nan), "floor_m is nan; allowed"),
+        (lambda: alone().run(np.inf), "duration_s is inf; allowed: a finite number"),
+        (lambda: alone().run(1.0, every_steps=0), "every_steps is 0; allowed: at least 1"),
+        (lambda: alone().advance(-1), "n_steps is -1; allowed: zero or positive"),
     ],
 )
 def test_impossible_input_is_refused_with_name_value_and_what_is_allowed(make_it, message):

@@ -50,8 +50,8 @@ def test_grains_of_a_heap_are_the_engines(sd_ratio):
     row, settings = first("repose")
     row |= {"radius_sd_ratio": sd_ratio}
     setup = angle_of_repose.Setup(**settings["setup"])
-    built = angle_of_repose.build(soil_of(row), setup, engine_of(settings), 1)
-    assert time_step_s(soil_of(row), engine_of(settings)) == built.time_step_s
+    built = angle_of_repose.build(soil_of(row, settings), setup, engine_of(settings), 1)
+    assert time_step_s(soil_of(row, settings), engine_of(settings)) == built.time_step_s
     assert grains_and_steps(row, settings)[0] == built.n_grains
 
 
@@ -61,7 +61,7 @@ def test_grains_and_sheared_steps_are_the_engines_in_a_box(number, monkeypatch):
     row = next(row for row in design_rows(config) if row["experiment"] == "shear") | {"radius_sd_ratio": 0.2}
     config["fidelity"]["campaign"]["shear_stiffness_number"] = number
     settings = experiment_settings(config, row)
-    soil, setup = soil_of(row), direct_shear.Setup(**settings["setup"])
+    soil, setup = soil_of(row, settings), direct_shear.Setup(**settings["setup"])
     built = direct_shear.build(soil, setup, engine_of(settings), 1)
     monkeypatch.setattr(declared, "CONSOLIDATION_STEPS", 0)
     monkeypatch.setattr(declared, "CONSOLIDATION_TIMES", 0.0)

@@ -10,7 +10,8 @@ from snakemake.utils import update_config
 
 from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.soils import measure_soil
-from virtual_soil.campaign.study import check_config, design_rows, with_fixed
+from virtual_soil.campaign.study import check_config, design_rows
+from virtual_soil.campaign.variables import normal_form, with_walls
 
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "config").glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 GUIDES = [path for path in PAGES if path.parent.name == "guides"]
@@ -39,7 +40,8 @@ def test_a_printed_study_is_valid_and_simulates_something(name, study):
     config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
     update_config(config, study)
     check_config(config)
-    config["design"] = with_fixed(config)
+    config["material"] = with_walls(config)
+    config["design"] = normal_form(config)
     assert config["study"] == study["study"]
     assert len(design_rows(config)) > 100
 

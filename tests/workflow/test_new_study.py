@@ -57,7 +57,10 @@ def test_the_suggested_lines_are_valid_and_change_nothing_as_they_stand(project)
     update_config(config, own)
     check_config(config)
     assert {"material", "engine", "design", "refine"} <= set(own)
-    assert config["design"].pop("variables") == ["static_friction", "rolling_friction"]  # a new study fixes the radius
+    # a new study fixes the radius
+    assert config["design"].pop("variables") == {"static_friction": [0.0, 1.5], "rolling_friction": [0.0, 0.3]}
+    assert config["design"].pop("n_points") == 32
+    del default["design"]["n_points"]
     del default["design"]["variables"]
     own_keys = ("study", "experiments", "soils", "optimise")
     assert {key: config[key] for key in config if key not in own_keys} == {

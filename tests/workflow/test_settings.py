@@ -14,7 +14,7 @@ import yaml
 from snakemake.api import SnakemakeApi
 from snakemake.settings.types import ConfigSettings, ResourceSettings
 
-from virtual_soil.campaign import generate, settings
+from virtual_soil.campaign import generate, settings, yamls
 from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.experiments import MODULES, module_of
 from virtual_soil.campaign.experiments.registry import EXPERIMENTS, REDUCED
@@ -27,6 +27,8 @@ MIDDLE = {"radius_m": 50e-6, "static_friction": 0.3, "rolling_friction": 0.1}
 OTHERS = {
     "study": "another",
     "design.variables": None,  # follows grid and sweep, which are changed themselves
+    "design.n_points": None,  # of designs without a grid, see test_study
+    "design.points_csv": None,
     "soils": ["lunar_regolith", "silica_barco_sand"],
     "optimise.cases": [{"case": "a", "soil": "lunar_regolith", "weights": {"angle_of_repose": 1.0}}],
     "twins": {"t": {**MIDDLE, "repose_seeds": [9], "shear_seeds": [9], "plane_shear_seeds": [9]}},
@@ -173,7 +175,14 @@ def test_the_geometry_is_of_the_simulations_identity():
 
 
 @pytest.mark.parametrize(
-    ("text", "written"), [("50e3", "50000 or 50.0e+3"), ("1.5e-3", None), ("1e-4", "0.0001 or 1.0e-4"), ("2.E5", "200000 or 2.e+5")]
+    ("text", "written"),
+    [
+        ("50e3", "50000 or 50.0e+3"),
+        ("1e3", "1000 or 1.0e+3"),
+        ("1.5e-3", None),
+        ("1e-4", "0.0001 or 1.0e-4"),
+        ("2.E5", "200000 or 2.e+5"),
+    ],
 )
 def test_a_number_that_yaml_takes_for_a_text_is_refused_with_how_to_write_it(text, written):
     config = settings.defaults(Study)
@@ -184,6 +193,27 @@ def test_a_number_that_yaml_takes_for_a_text_is_refused_with_how_to_write_it(tex
     with pytest.raises(StudyError, match=re.escape(f"is not of type 'number' (YAML reads this as a text; write {written}).")):
         check_config(config)
     assert yaml.safe_load(written.split(" or ")[1]) == float(text)
+
+
+def numbers(value, path=()):
+    """Paths of all numbers in a configuration, and of what may be one."""
+    if isinstance(value, dict | list):
+        items = value.items() if isinstance(value, dict) else enumerate(value)
+        for key, inner in items:
+            yield from numbers(inner, (*path, key))
+    elif value is None or (isinstance(value, int | float) and not isinstance(value, bool)):
+        yield path
+
+
+def test_no_number_of_a_study_may_be_a_text():
+    config = settings.defaults(Study)
+    found = [path for path in numbers(config) if path != ("design", "points_csv")]
+    assert len(found) > 150
+    for path in found:
+        changed = copy.deepcopy(config)
+        reduce(getitem, path[:-1], changed)[path[-1]] = yamls.load("1e3")
+        with pytest.raises(StudyError, match=r"YAML reads this as a text; write 1000 or 1\.0e\+3"):
+            check_config(changed)
 
 
 @pytest.mark.parametrize("text", ["study: a\nstudy: b\n", "material:\n  radius_m: 1\n  radius_m: 2\n"])

@@ -42,7 +42,7 @@ def outcome(config, experiment, material):
     """All that a test of a material ends with: positions, velocities and spins before and after, number of steps."""
     row, settings = row_of(config, experiment, material)
     job = import_module(module_of(experiment, "simulate"))
-    done = job.run(soil_of(row), settings["setup"], engine_of(settings), 1)
+    done = job.run(soil_of(row, settings), settings["setup"], engine_of(settings), 1)
     states = [getattr(done, moment) for moment in job.MOMENTS]
     arrays = (getattr(state, name) for state in states for name in ("positions_m", "velocities_m_s", "angular_velocities_rad_s"))
     return [array.tolist() for array in arrays], done.n_steps

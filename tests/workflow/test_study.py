@@ -2,10 +2,11 @@
 
 from contextlib import nullcontext
 
+import numpy as np
 import pytest
 import yaml
 
-from virtual_soil.calibration.models import space_of
+from virtual_soil.calibration.space import space_of
 from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.sections import Study
 from virtual_soil.campaign.settings import defaults
@@ -14,10 +15,9 @@ from virtual_soil.campaign.study import (
     check_soils,
     design_rows,
     experiment_settings,
-    fitting_twins,
     simulations,
-    with_fixed,
 )
+from virtual_soil.campaign.variables import fitting_twins, normal_form, with_walls
 
 
 def planned(experiment, **changes):
@@ -123,29 +123,126 @@ def test_twins_of_another_design_that_no_case_names_are_left_out_and_said_to_be(
     assert lines == ["twins.other is left out: no case names it, and it is of another design."]
 
 
-@pytest.mark.parametrize("gone", ["static_friction", "rolling_friction"])
-def test_tables_and_figures_need_frictions(gone):
+def normal(variables, **changes):
+    """The default study with its design in normal form; variables : as in a configuration file."""
     config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
-    design = config["design"]
-    design["grid"]["density_kg_m3"] = [2000.0, 2500.0, 3000.0]
-    design["variables"] = [*design["variables"], "density_kg_m3"]
-    design["sweep_couples"] = [{**couple, "density_kg_m3": 2500.0} for couple in design["sweep_couples"]]
-    config["fidelity"]["check"]["couples"] = []
-    design_rows(config)
-    del design["grid"][gone]
-    design["variables"].remove(gone)
-    with pytest.raises(StudyError, match="design.variables is .*; allowed: any keys of material beside static_friction"):
+    config["design"] |= {"variables": variables, **changes}
+    config["material"] = with_walls(config)
+    config["design"] = normal_form(config)
+    return config
+
+
+def test_ranges_of_variables_are_a_complete_design():
+    config = normal({"static_friction": [0.1, 1.0], "rolling_friction": [0.0, 0.3]})
+    rows = [row for row in design_rows(config) if "points" in row["purposes"]]
+    points = {(row["static_friction"], row["rolling_friction"]) for row in rows}
+    assert len(points) == 32
+    assert {(0.1, 0.0), (0.1, 0.3), (1.0, 0.0), (1.0, 0.3)} < points
+    assert {row["radius_m"] for row in rows} == {config["material"]["radius_m"]}
+    unit = space_of(config["design"]).unit({"static_friction": [p[0] for p in points], "rolling_friction": [p[1] for p in points]})
+    for column in unit.T:  # every eighth of either coordinate is hit about evenly
+        counts = np.histogram(column, bins=8, range=(0.0, 1.0))[0]
+        assert counts.min() >= 2
+        assert counts.max() <= 7
+    more = normal({"static_friction": [0.1, 1.0], "rolling_friction": [0.0, 0.3]}, n_points=48)
+    assert {row["point_id"] for row in rows} < {row["point_id"] for row in design_rows(more)}
+
+
+@pytest.mark.parametrize(
+    "variables",
+    [
+        {"restitution": [0.2, 0.9]},
+        {"wall_static_friction": [0.0, 1.0], "static_friction": [0.1, 1.0]},
+        {"density_kg_m3": [1500.0, 3000.0], "radius_sd_ratio": [0.0, 0.2], "shear_modulus_pa": [5e7, 5e8]},
+        dict.fromkeys(["static_friction", "rolling_friction", "restitution", "wall_rolling_friction"], [0.1, 0.6]),
+    ],
+)
+def test_every_property_of_grains_and_walls_may_be_a_variable(variables):
+    config = normal(variables)
+    rows = [row for row in design_rows(config) if row["purposes"] == "points"]
+    for name, (low, high) in variables.items():
+        values = {row[name] for row in rows}
+        assert len(values) >= 14
+        assert low <= min(values) < max(values) <= high
+    heaps = [(row, experiment_settings(config, row)["setup"]) for row in rows if row["experiment"] == "repose"]
+    for name in variables:
+        if name.startswith("wall"):
+            assert all(setup[name] == row[name] for row, setup in heaps)
+    assert set(config["design"]["fixed"]) == {"radius_m", "static_friction", "rolling_friction"} - set(variables)
+
+
+def test_a_wall_that_is_no_variable_keeps_its_setting():
+    config = normal({"static_friction": [0.1, 1.0]})
+    row = next(row for row in design_rows(config) if row["experiment"] == "repose")
+    assert experiment_settings(config, row)["setup"]["wall_static_friction"] is None
+
+
+@pytest.mark.parametrize(
+    ("variables", "changes", "message"),
+    [
+        ({"static_friction": [1.0, 0.1]}, {}, r"design.variables.static_friction is \[1.0, 0.1\]; allowed: the lowest value, then"),
+        ({"stickiness": [0.1, 1.0]}, {}, r"design.variables is \['stickiness'\]; allowed: some of \['density_kg_m3', "),
+        ({"static_friction": [0.1, 1.0]}, {"n_points": 4}, "design.n_points is 4; allowed: at least 5: 5 for every variable"),
+        (["static_friction"], {"n_points": 40}, "design.n_points is 40; allowed: null where design.variables are names"),
+        (["restitution"], {}, "design.grid is {}; allowed: values of at least one of design.variables; or give their ranges"),
+    ],
+)
+def test_a_design_without_sense_is_refused(variables, changes, message):
+    with pytest.raises(ValueError, match=message):
+        design_rows(normal(variables, **changes))
+
+
+def test_a_polynomial_needs_a_grid():
+    config = normal({"static_friction": [0.1, 1.0]})
+    config["surrogate"]["angle_of_repose"]["model"] = "quadratic"
+    with pytest.raises(StudyError, match="surrogate.angle_of_repose.model is quadratic; allowed: best or gaussian_process: a poly"):
         design_rows(config)
+
+
+def test_points_are_read_from_a_file(tmp_path):
+    path = tmp_path / "points.csv"
+    numbers = [(0.1 + 0.05 * k, 0.02 * k) for k in range(12)]
+    path.write_text("# mine\nstatic_friction, rolling_friction, remark\n" + "".join(f"{s:.4g},{r:.4g},x\n" for s, r in numbers))
+    config = normal(["static_friction", "rolling_friction"], points_csv=str(path))
+    rows = [row for row in design_rows(config) if row["purposes"] == "points"]
+    assert {(row["static_friction"], row["rolling_friction"]) for row in rows} == {
+        (float(f"{s:.4g}"), float(f"{r:.4g}")) for s, r in numbers
+    }
+    assert config["design"]["ranges"] == {"static_friction": [0.1, 0.65], "rolling_friction": [0.0, 0.22]}
+
+
+@pytest.mark.parametrize(
+    ("text", "variables", "message"),
+    [
+        (None, ["static_friction"], "design.points_csv is .*points.csv; allowed: a file with a column for every variable"),
+        ("a,b\n1,2\n", ["static_friction"], "columns is .*; allowed: those of design.variables; there is no static_friction"),
+        ("", ["static_friction"], "there is no static_friction"),
+        ("static_friction\n" + "0.1\n" * 6, ["static_friction"], "points is some twice; allowed: each once"),
+        ("static_friction\n0.1\n0.2\nhigh\n", ["static_friction"], "static_friction of point 3 is 'high'; allowed: a number"),
+        ("static_friction\n0.1\n0.2\n", ["static_friction"], "number of points is 2; allowed: at least 5"),
+        (
+            "static_friction\n" + "".join(f"0.{k}\n" for k in range(1, 8)),
+            {"static_friction": [0.2, 1.0]},
+            r"static_friction is \[0.1, 0.7\]; allowed: within design.variables, 0.2 to 1",
+        ),
+    ],
+)
+def test_a_file_of_points_without_sense_is_refused(tmp_path, text, variables, message):
+    path = tmp_path / "points.csv"
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(ValueError, match=message):
+        normal(variables, points_csv=str(path))
 
 
 def test_a_radius_that_is_no_variable_is_fixed():
     config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
-    every = with_fixed(config)
-    assert every == config["design"]
+    every = normal_form(config)
+    assert every == {key: value for key, value in config["design"].items() if key not in ("n_points", "points_csv")}
     config["design"]["variables"] = ["static_friction", "rolling_friction"]
     config["material"]["radius_m"] = 1.2345e-3
     config["material"]["shear_modulus_pa"] = 5e9
-    config["design"] = with_fixed(config)
+    config["design"] = normal_form(config)
     assert config["design"]["sweep"] == {}
     assert config["design"]["fixed"] == {"radius_m": 1.2345e-3}
     rows = design_rows(config)

@@ -4,6 +4,7 @@ import sys
 
 from snakemake.exceptions import WorkflowError
 
+from virtual_soil.campaign.apparatus import apparatus, with_gravity
 from virtual_soil.campaign.batches import (
     NAME,
     batches,
@@ -23,6 +24,7 @@ from virtual_soil.campaign.experiments.registry import (
     RESPONSES,
     chosen,
 )
+from virtual_soil.campaign.folders import check_folders
 from virtual_soil.campaign.provenance import versions
 from virtual_soil.campaign.sections import LIMITS, Study
 from virtual_soil.campaign.settings import in_declared_order
@@ -34,15 +36,15 @@ from virtual_soil.campaign.study import (
     check_soils,
     design_rows,
     experiment_settings,
+    file_of_checkout,
     first_answer_soils,
-    fitting_twins,
     planned_stages,
     proposed_rows,
     raw_files,
     simulations,
     soil_files,
-    with_fixed,
 )
+from virtual_soil.campaign.variables import fitting_twins, normal_form, with_walls
 from virtual_soil.errors import InputError
 from virtual_soil.exports import PROGRAMS
 
@@ -55,10 +57,15 @@ def in_words(function, *arguments):
         raise WorkflowError(str(error)) from None
 
 
-in_words(check_files, workflow.overwrite_configfiles or ["config/config.yaml"])
+# The study's results are written below the working directory; the checkout may be elsewhere (--directory, --snakefile).
+CHECKOUT = Path(workflow.basedir)
+in_words(check_folders, CHECKOUT, Path.cwd(), sys.executable)
+in_words(
+    check_files, workflow.overwrite_configfiles or [CHECKOUT / "config/config.yaml"]
+)
 in_words(check_config, config)
 # Remove `soil` from the configuration: it must not trigger reruns.
-FIRST_ANSWERS = in_words(first_answer_soils, config.pop("soil", None), config)
+FIRST_ANSWERS = in_words(first_answer_soils, config.pop("soil", None), config, CHECKOUT)
 # Nor must the checkpoint interval.
 CHECKPOINT_INTERVAL_S = str(
     config.pop("checkpoint_interval_s")
@@ -66,10 +73,14 @@ CHECKPOINT_INTERVAL_S = str(
 # Nor must the batch size.
 BATCH_MINUTES = config.pop("batch_minutes")
 # Nor must the list of keys whose unusual numbers are meant.
-config.pop("insist")
-in_words(check_soils, config)
+INSIST = config.pop("insist")
+in_words(check_soils, config, CHECKOUT)
+SOIL_FILES = soil_files(config, CHECKOUT)
 config.update(in_declared_order(config, Study))
-config["design"] = with_fixed(config)
+config.update(in_words(apparatus, config, SOIL_FILES))
+config["engine"] = with_gravity(config["engine"])
+config["material"] = with_walls(config)
+config["design"] = in_words(normal_form, config)
 config["twins"], LEFT_OUT = fitting_twins(config)
 print(*LEFT_OUT, sep="\n", end="\n" if LEFT_OUT else "", file=sys.stderr)
 
@@ -79,7 +90,7 @@ LOGS = f"logs/{config['study']}"
 # The simulations of the campaign are known at the start. Those of the later stages (rounds of refinement, then the verification)
 # depend on the optima.
 DESIGN = in_words(design_rows, config)
-SIMULATIONS = in_words(simulations, config, DESIGN)
+SIMULATIONS = in_words(simulations, config, DESIGN, INSIST)
 ROUNDS = config["refine"]["rounds"]
 LAST = f"{RESULTS}/rounds/{ROUNDS}"
 MORE_SEEDS = config["verify"]["more_seeds"]
@@ -93,7 +104,7 @@ FIRST_SEEDS = {
 # The engine's fingerprint is part of a simulation's identity. Every rule has the parameter `code`, the fingerprint of its script and
 # of all modules that the script imports. Snakemake itself compares only the script's modification time (profiles/default disables
 # that).
-CODE = Code(Path(workflow.basedir))
+CODE = Code(CHECKOUT)
 ENGINE = CODE.of_package("src/dem", without="src/dem/measure")
 
 # Names of the study's experiments.
@@ -125,7 +136,10 @@ COMPARED_BY = {
     "settings": {name: config[name] for name in TESTS},
 }
 # Sections that say how the simulations of a later stage are made.
-SIMULATED_BY = ("experiments", "material", "design", *TESTS, "engine")
+SIMULATED_BY = (
+    *("experiments", "material", "grading", "design", *TESTS, "engine"),
+    *("repose_test", "shear_test"),
+)
 # Least scales of the responses' errors.
 FLOORS = {
     name: floor
@@ -137,8 +151,11 @@ FLOORS = {
 CASES = [case["case"] for case in config["optimise"]["cases"]]
 EXPORT_FILES = [name for name, _ in PROGRAMS.values()]
 EXPORT_TEMPLATES = [
-    "src/virtual_soil/exports/material.schema.json",
-    *(f"src/virtual_soil/exports/templates/{name}.j2" for name in EXPORT_FILES),
+    file_of_checkout(f"src/virtual_soil/exports/{name}", CHECKOUT)
+    for name in (
+        "material.schema.json",
+        *(f"templates/{name}.j2" for name in EXPORT_FILES),
+    )
 ]
 
 
@@ -192,7 +209,7 @@ def stage_rows(stage):
 @functools.cache
 def proposed_simulations(path, changed_ns):
     """Return the design rows of a later stage by simulation; cached until the file's modification time changes."""
-    return in_words(simulations, config, in_words(proposed_rows, path))
+    return in_words(simulations, config, in_words(proposed_rows, path), INSIST)
 
 
 def settings_of(row):

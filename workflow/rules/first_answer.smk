@@ -1,7 +1,7 @@
 # First answer in seconds, without simulations: calibration on the tables of docs/reference, for one soil (--config soil=...) or for
 # all soils of the study.
 
-REFERENCE = "docs/reference"
+REFERENCE = file_of_checkout("docs/reference", CHECKOUT)
 # Tables of the responses that the reference campaign measured.
 IN_REFERENCE = [
     path

@@ -3,9 +3,9 @@
 
 rule measure_soils:
     input:
-        soils=soil_files(config),
+        soils=SOIL_FILES,
         # a function: its paths may have braces
-        raw=lambda wildcards: raw_files(soil_files(config)),
+        raw=lambda wildcards: raw_files(SOIL_FILES),
         tables=(
             [f"{RESULTS}/{name}.parquet" for name in MEASURED]
             if config["twins"]

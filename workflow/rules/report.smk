@@ -23,7 +23,7 @@ LIFT = base_settings(recorded.NAME) if recorded.NAME in TESTS else ({}, {})
 
 
 # Figures of the study.
-SHOWN = figure_names(config, bool(laboratory_of(soil_files(config))))
+SHOWN = figure_names(config, set(laboratory_of(SOIL_FILES)))
 
 
 rule record_lift:
@@ -55,9 +55,9 @@ rule report:
             for stage in LATER_STAGES
             for name in MEASURED
         ],
-        soils=soil_files(config),
+        soils=SOIL_FILES,
         # a function: its paths may have braces
-        raw=lambda wildcards: raw_files(soil_files(config)),
+        raw=lambda wildcards: raw_files(SOIL_FILES),
         before=simulated_in_all("before.parquet"),
         after=simulated_in_all("after.parquet"),
         histories=simulated_in_all("history.parquet"),
@@ -68,9 +68,12 @@ rule report:
             f"{RESULTS}/rounds/{k}/comparison.parquet" for k in range(1, ROUNDS + 1)
         ],
         twins=[f"{RESULTS}/twins.parquet"] if config["twins"] else [],
-        page=[f"src/virtual_soil/report/{name}" for name in PAGE],
+        page=[
+            file_of_checkout(f"src/virtual_soil/report/{name}", CHECKOUT)
+            for name in PAGE
+        ],
         captions=[
-            f"src/virtual_soil/report/captions/{name}.rst"
+            file_of_checkout(f"src/virtual_soil/report/captions/{name}.rst", CHECKOUT)
             for name in (*SHOWN, *TABLES)
         ],
     output:

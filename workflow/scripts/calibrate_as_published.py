@@ -18,11 +18,14 @@ if __name__ == "__main__":
     responses = responses_of(snakemake.params.experiments)
     printed = {name: response for name, response in responses.items() if name in paper.RESPONSES}
     its_options = {**options, "cases": cases_about(printed, options["cases"])}
-    results = [calibrate(responses, polynomials, soils, options, snakemake.params.design["variables"], "polynomial")]
+    design, results = snakemake.params.design, []
+    if polynomials:  # a design without a grid has none
+        of_ours = calibrate(responses, polynomials, soils, options, design["variables"], "polynomial")
+        results.append(tuple(table.assign(**design.get("fixed", {})) for table in of_ours))
     if set(printed) == set(paper.RESPONSES) and set(snakemake.params.printed) == set(snakemake.params.experiments):
         results.append(calibrate(printed, published(), soils, its_options, paper.VARIABLES, "published"))
     provenance = {"rule": snakemake.rule, **dict(snakemake.params.items())}
     for k, name in enumerate(("optima", "iterations", "minima")):
-        parts = [results[0][k].assign(**snakemake.params.design.get("fixed", {})), *(result[k] for result in results[1:])]
-        table = pd.concat(parts, ignore_index=True)
+        parts = [result[k] for result in results]
+        table = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
         write_table(table, snakemake.output["calibration" if name == "optima" else name], name, provenance)

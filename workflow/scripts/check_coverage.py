@@ -1,7 +1,7 @@
 """Adapt rule `check_coverage` to `calibration.coverage_table`."""
 
 from _log import log_to
-from virtual_soil.calibration.models import space_of
+from virtual_soil.calibration.space import space_of
 from virtual_soil.calibration.twin import coverage_table
 from virtual_soil.campaign.experiments.registry import responses_of
 from virtual_soil.campaign.inference import read_models

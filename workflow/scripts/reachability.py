@@ -2,7 +2,7 @@
 
 from _log import log_to
 from virtual_soil.calibration.checks import reachability_table
-from virtual_soil.calibration.models import space_of
+from virtual_soil.calibration.space import space_of
 from virtual_soil.campaign.experiments.registry import responses_of
 from virtual_soil.campaign.inference import read_models, read_tables
 from virtual_soil.campaign.tables import read_table, write_table

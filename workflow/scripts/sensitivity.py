@@ -1,8 +1,8 @@
 """Adapt rule `sensitivity` to `calibration.sobol_table`."""
 
 from _log import log_to
-from virtual_soil.calibration.models import space_of
 from virtual_soil.calibration.sensitivity import sobol_table
+from virtual_soil.calibration.space import space_of
 from virtual_soil.campaign.inference import read_models
 from virtual_soil.campaign.tables import write_table
 

@@ -1,7 +1,7 @@
 """Adapt rule `twins` to `calibration.twin_table`."""
 
 from _log import log_to
-from virtual_soil.calibration.models import space_of
+from virtual_soil.calibration.space import space_of
 from virtual_soil.calibration.twin import twin_table
 from virtual_soil.campaign.inference import likelihoods_of
 from virtual_soil.campaign.tables import read_table, write_table

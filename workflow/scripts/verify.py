@@ -3,8 +3,8 @@
 from functools import partial
 
 from _log import log_to
-from virtual_soil.calibration.models import space_of
 from virtual_soil.calibration.noise import scatter_at
+from virtual_soil.calibration.space import space_of
 from virtual_soil.calibration.uncertainty import target_errors
 from virtual_soil.calibration.verify import comparison_table, sampled
 from virtual_soil.campaign.experiments.registry import responses_of

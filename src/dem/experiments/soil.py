@@ -9,7 +9,7 @@ from dem import Interaction, Material, Rich, Simulation, Sizes
 
 @dataclass(frozen=True, kw_only=True)
 class Soil(Rich):
-    """Grain parameters of the paper's Table 2, plus the spread of the radii. Units are in the names."""
+    """Grain parameters of the paper's Table 2, plus the distribution of the radii (`dem.Sizes`). Units are in the names."""
 
     radius_m: float
     density_kg_m3: float
@@ -19,11 +19,18 @@ class Soil(Rich):
     rolling_friction: float
     restitution: float
     radius_sd_ratio: float = 0.0
+    distribution: str = "normal"
+    classes: tuple[tuple[float, float], ...] = ()
 
     @property
     def sizes(self) -> Sizes:
         """Distribution of the radii."""
-        return Sizes(mean_m=self.radius_m, sd_ratio=self.radius_sd_ratio)
+        return Sizes(mean_m=self.radius_m, sd_ratio=self.radius_sd_ratio, distribution=self.distribution, classes=self.classes)
+
+    @property
+    def grain_volume_m3(self) -> float:
+        """Mean volume of a grain."""
+        return 4.0 / 3.0 * math.pi * self.radius_m**3 * self.sizes.volume_ratio
 
     def softened(self, stiffness_reduction: float) -> Material:
         """The grains' material with its shear modulus divided by a number (1: as it is)."""

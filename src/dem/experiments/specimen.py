@@ -62,8 +62,7 @@ class Specimen(Rich):
 
 def n_grains(soil: Soil, specimen: Specimen) -> int:
     """Number of grains that fill the box to its nominal height."""
-    volume = 4.0 / 3.0 * math.pi * soil.radius_m**3 * (1.0 + 3.0 * soil.radius_sd_ratio**2)
-    return round(FILL_FRACTION * specimen.length_m * specimen.width_m * specimen.height_m / volume)
+    return round(FILL_FRACTION * specimen.length_m * specimen.width_m * specimen.height_m / soil.grain_volume_m3)
 
 
 def plane_stress_pa(soil: Soil, specimen: Specimen, gravity_m_s2: float) -> float:

@@ -6,6 +6,7 @@ import numpy as np
 
 from dem.jit import lean_jit
 from dem.layout import BLOCK as B
+from dem.material import require_vector
 from dem.shapes.wall import Wall, beyond, store
 
 
@@ -17,6 +18,9 @@ class Box(Wall):
     high_m: tuple[float, float, float]
 
     def __post_init__(self):
+        super().__post_init__()
+        for name, corner in (("low_m", self.low_m), ("high_m", self.high_m)):
+            require_vector(corner, 3, f"{name} of wall {self.name!r}", endless=True)
         if not all(low <= high for low, high in zip(self.low_m, self.high_m, strict=True)):
             raise ValueError(f"Box {self.name!r}: low_m {self.low_m} must not exceed high_m {self.high_m}.")
 

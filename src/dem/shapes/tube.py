@@ -7,6 +7,7 @@ import numpy as np
 
 from dem.jit import lean_jit
 from dem.layout import BLOCK as B
+from dem.material import require, require_vector
 from dem.shapes.wall import SIZE, Wall, beyond, store
 
 
@@ -20,8 +21,9 @@ class Tube(Wall):
     centre_m: tuple[float, float] = field(default=(0.0, 0.0))
 
     def __post_init__(self):
-        if not self.radius_m > 0:
-            raise ValueError(f"Tube {self.name!r}: radius_m is {self.radius_m}; it must be positive.")
+        super().__post_init__()
+        require_vector(self.centre_m, 2, f"centre_m of wall {self.name!r}")
+        require(0 < self.radius_m < math.inf, f"radius_m of wall {self.name!r}", self.radius_m, "a positive number")
         if not self.bottom_m <= self.top_m:
             raise ValueError(f"Tube {self.name!r}: bottom_m {self.bottom_m} must not exceed top_m {self.top_m}.")
 

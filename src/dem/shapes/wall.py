@@ -4,11 +4,13 @@ A grain sees a wall through the separation: the vector from the wall's nearest p
 no special case, because the nearest point is clamped to the wall.
 """
 
+import math
 from dataclasses import dataclass
 
 from dem.jit import lean_jit
 from dem.layout import BLOCK as B
 from dem.layout import GAP, SEPARATION
+from dem.material import require, require_vector
 
 #: Stands for "without end" in wall coordinates (m); finite, because kernels may assume that no value is infinite.
 ENDLESS_M = 1e6
@@ -30,12 +32,10 @@ class Drive:
     damping_kg_s: float = 0.0
 
     def __post_init__(self):
-        if self.axis not in (0, 1, 2):
-            raise ValueError(f"Drive.axis is {self.axis}; allowed: 0 (x), 1 (y), 2 (z).")
-        if not self.mass_kg > 0:
-            raise ValueError(f"Drive.mass_kg is {self.mass_kg}; it must be positive.")
-        if not self.damping_kg_s >= 0:
-            raise ValueError(f"Drive.damping_kg_s is {self.damping_kg_s}; it must not be negative.")
+        require(self.axis in (0, 1, 2), "Drive.axis", self.axis, "0 (x), 1 (y), 2 (z)")
+        require(math.isfinite(self.applied_force_n), "Drive.applied_force_n", self.applied_force_n, "a finite number")
+        require(0 < self.mass_kg < math.inf, "Drive.mass_kg", self.mass_kg, "a positive number")
+        require(0 <= self.damping_kg_s < math.inf, "Drive.damping_kg_s", self.damping_kg_s, "zero or positive")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +46,9 @@ class Wall:
     material: str
     velocity_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
     drive: Drive | None = None
+
+    def __post_init__(self):
+        require_vector(self.velocity_m_s, 3, f"velocity_m_s of wall {self.name!r}")
 
 
 @lean_jit

@@ -9,9 +9,9 @@ import pandas as pd
 
 from virtual_soil.calibration.checks import reachability_table
 from virtual_soil.calibration.errors import demand
-from virtual_soil.calibration.models import space_of
 from virtual_soil.calibration.optimise import LARGE_GRAINS, calibrate, cases_about
 from virtual_soil.calibration.response import Responses
+from virtual_soil.calibration.space import space_of
 from virtual_soil.calibration.uncertainty import likelihood_of, posterior_table, sample
 from virtual_soil.calibration.verify import QUESTIONS, conclusion
 

@@ -14,7 +14,7 @@ from virtual_soil.calibration.errors import CalibrationError, demand
 from virtual_soil.calibration.gaussian_process import GaussianProcess, fit_process, left_out
 from virtual_soil.calibration.noise import censoring, known_scatter, line_errors, scatter_at
 from virtual_soil.calibration.response import Response, Responses
-from virtual_soil.calibration.space import Space
+from virtual_soil.calibration.space import Space, space_of
 from virtual_soil.calibration.surrogate import Factor, Surrogate, fit_surrogate, on_grid, on_sweep
 
 
@@ -46,19 +46,11 @@ def known_points(response: Response, tables: dict, design: dict, material: dict)
     return points
 
 
-def space_of(design: dict) -> Space:
-    """The box of the design variables; see `calibration.space` for their coordinates."""
-    values = {**design["grid"], **design["sweep"]}
-    ranges = {name: (float(min(values[name])), float(max(values[name]))) for name in design["variables"]}
-    offsets = {name: min(level for level in levels if level > 0) for name, levels in design["grid"].items()}
-    return Space(tuple(design["variables"]), ranges, {**offsets, **dict.fromkeys(design["sweep"], 0.0)}, design.get("fixed", {}))
-
-
 def fit_all(responses: Responses, tables: dict, design: dict, material: dict, forms: dict):
     """Both surrogates of all responses.
 
-    Returns ({response: {"quadratic": Surrogate, "gaussian_process": GaussianProcess}}, residual table). tables : by name, those of
-    the responses. forms : the `surrogate` part of a configuration, by response.
+    Returns ({response: {"quadratic": Surrogate, "gaussian_process": GaussianProcess}}, residual table); see `fit_both`.
+    tables : by name, those of the responses. forms : the `surrogate` part of a configuration, by response.
     """
     models, residuals = {}, []
     for name, response in responses.items():
@@ -69,8 +61,19 @@ def fit_all(responses: Responses, tables: dict, design: dict, material: dict, fo
 
 
 def fit_both(response: Response, points: pd.DataFrame, design: dict, material: dict, form: dict):
-    """Both surrogates of one response and the table of their residuals, in the fit and left out."""
+    """Both surrogates of one response and the table of their residuals, in the fit and left out.
+
+    The paper's f g needs a grid: a design without one has the Gaussian process alone.
+    """
     column = response.column
+    if not design["grid"]:
+        process = fit_process(
+            response.name, response.unit, space_of(design), points[design["variables"]], points[column], points["noise"]
+        )
+        errors = points[column].to_numpy() - left_out(process)[0]
+        process = replace(process, cv_score=float(np.sqrt(((errors / points["noise"].to_numpy()) ** 2).mean())))
+        table = residuals_of(process, points, errors, column, design, np.zeros(len(points), bool))
+        return {"gaussian_process": process}, table
     of_design = points[on_grid(points, design, material) | on_sweep(points, design)]
     polynomial = fit_surrogate(response, of_design, design, material, form)
     errors = polynomial_left_out(response, of_design, design, material, form)
@@ -157,10 +160,15 @@ def to_json(models: dict, forms: dict) -> str:
 
 
 def from_json(text: str, model: str = "chosen") -> dict:
-    """Surrogates by response from what `to_json` wrote: the chosen ones, or all "quadratic", or all "gaussian_process"."""
+    """Surrogates by response from what `to_json` wrote: the chosen ones, or all "quadratic", or all "gaussian_process".
+
+    A design without a grid has no quadratic ones.
+    """
     result: dict[str, Surrogate | GaussianProcess] = {}
     for response, entry in json.loads(text).items():
         name = entry["chosen"] if model == "chosen" else model
+        if name not in entry:
+            continue
         fields = dict(entry[name])
         if name == "quadratic":
             fields["g"] = {k: Factor(f["form"], f["reference"], tuple(f["coefficients"])) for k, f in fields["g"].items()}

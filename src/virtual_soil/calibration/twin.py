@@ -4,11 +4,10 @@ import numpy as np
 import pandas as pd
 
 from virtual_soil.calibration.errors import demand
-from virtual_soil.calibration.models import space_of
 from virtual_soil.calibration.noise import error_of_mean, scatter_at
 from virtual_soil.calibration.points import point_at, point_id
 from virtual_soil.calibration.response import Response, Responses
-from virtual_soil.calibration.space import Space
+from virtual_soil.calibration.space import Space, space_of
 from virtual_soil.calibration.uncertainty import LEVELS, SEED, Likelihood, credible_level, log_density, probabilities
 
 #: Mass of the region in which the truth should lie.

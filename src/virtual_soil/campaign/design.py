@@ -17,11 +17,13 @@ import pandas as pd
 from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.points import hashed, point_at, point_id
 from virtual_soil.calibration.screening import changed_materials
+from virtual_soil.calibration.space import space_of
 from virtual_soil.calibration.surrogate import n_factor_terms
 from virtual_soil.campaign.experiments.registry import BY_NAME, EXPERIMENTS, LOADS, chosen
+from virtual_soil.campaign.variables import SEED_KEYS
 
-#: Experiment -> configuration key of its seeds, the same in every stage of a study.
-SEED_KEYS = {experiment.NAME: f"{experiment.NAME}_seeds" for experiment in EXPERIMENTS}
+#: Purposes of the points that the surrogates' design consists of, whose nearest to the base set stands for it in figures.
+DESIGNED = ("grid", "points")
 #: Increment of the seeds per round of refinement, so that an unchanged optimum is simulated with new seeds.
 SEED_STEP = 1000
 
@@ -84,7 +86,9 @@ def decisive(config: dict, undecided: dict[str, tuple[dict, list[str]]], seeds: 
 def wanted(config: dict):
     """Yield (purpose, experiment, fidelity, material, load, seed) of every simulation, including duplicates."""
     base, design, check = config["material"], config["design"], config["fidelity"]["check"]
-    for purpose, materials in (("grid", grid_points(base, design["grid"])), ("sweep", sweep_points(base, design))):
+    filling = [point_at(base, point) for point in design.get("points", ())]
+    grid = grid_points(base, design["grid"]) if design["grid"] else []
+    for purpose, materials in (("grid", grid), ("sweep", sweep_points(base, design)), ("points", filling)):
         for material in materials:
             yield from every_test(purpose, "campaign", material, campaign_loads(config, material), design)
     yield from screened(config)
@@ -192,9 +196,39 @@ def check_seeds(config: dict) -> None:
 
 
 def check_design(config: dict) -> None:
-    """Raise CalibrationError, naming the key, if the design refers to an unknown name."""
+    """Raise CalibrationError, naming the key, if the design refers to an unknown name or does not determine the surrogates."""
+    check_screening(config)
+    check_box(config) if "ranges" in config["design"] else check_factorial(config)
+    check_seeds(config)
+    check_twins(config)
+
+
+def check_screening(config: dict) -> None:
+    """Raise CalibrationError if a factor of the screening changes nothing, or nothing that there is."""
+    material, factors = set(config["material"]), set(config["screening"]["factors"])
+    demand(factors <= material, "screening.factors", sorted(factors - material), f"keys of material: {sorted(material)}")
+    for parameter, changed in changed_materials(config["material"], config["screening"]).items():
+        same = changed[parameter] == config["material"][parameter]
+        allowed = "a factor that changes material's value"
+        demand(not same, f"screening.factors.{parameter}", config["screening"]["factors"][parameter], allowed)
+
+
+def check_box(config: dict) -> None:
+    """Raise CalibrationError if something else is asked of a design without a grid than it can give."""
+    material, check = set(config["material"]), config["fidelity"]["check"]
+    for couple in check["couples"]:
+        known = f"values of keys of material: {sorted(material)}"
+        demand(set(couple) <= material, "fidelity.check.couples", couple, known)
+    for name, form in config["surrogate"].items():
+        needs = "best or gaussian_process: a polynomial needs a grid, design.variables as a list"
+        demand(form["model"] != "quadratic", f"surrogate.{name}.model", form["model"], needs)
+
+
+def check_factorial(config: dict) -> None:
+    """Raise CalibrationError if grid and sweeps do not fit each other, or have too few points for f and g."""
     material, design = set(config["material"]), config["design"]
     grid, sweep = set(design["grid"]), set(design["sweep"])
+    demand(bool(grid), "design.grid", design["grid"], "values of at least one of design.variables; or give their ranges there")
     demand(grid <= material, "design.grid", sorted(grid - material), f"keys of material: {sorted(material)}")
     demand(sweep <= material, "design.sweep", sorted(sweep - material), f"keys of material: {sorted(material)}")
     demand(not grid & sweep, "design.sweep", sorted(grid & sweep), "variables that are not in design.grid")
@@ -202,14 +236,8 @@ def check_design(config: dict) -> None:
         set(design["variables"]) == grid | sweep,
         "design.variables",
         design["variables"],
-        f"just those of grid and sweep: {sorted(grid | sweep)}",
+        f"just those of grid and sweep, {sorted(grid | sweep)}; or a range for each: {{name: [low, high]}}",
     )
-    factors = set(config["screening"]["factors"])
-    demand(factors <= material, "screening.factors", sorted(factors - material), f"keys of material: {sorted(material)}")
-    for parameter, changed in changed_materials(config["material"], config["screening"]).items():
-        same = changed[parameter] == config["material"][parameter]
-        allowed = "a factor that changes material's value"
-        demand(not same, f"screening.factors.{parameter}", config["screening"]["factors"][parameter], allowed)
     for key, couples in (
         ("design.sweep_couples", design["sweep_couples"]),
         ("fidelity.check.couples", config["fidelity"]["check"]["couples"]),
@@ -225,18 +253,6 @@ def check_design(config: dict) -> None:
         demand(len(levels) > 2, f"design.grid.{name}", levels, "at least three values, or f's square is not determined")
     for name, levels in design["sweep"].items():
         check_sweep(name, levels, len(design["sweep_couples"]), {form["g"] for form in config["surrogate"].values()})
-    check_seeds(config)
-    needed = {SEED_KEYS[experiment.NAME] for experiment in chosen(config["experiments"])}
-    for twin, entry in config["twins"].items():
-        demand(
-            set(entry) - set(SEED_KEYS.values()) == set(design["variables"]) and needed <= set(entry),
-            f"twins.{twin}",
-            sorted(entry),
-            f"{design['variables']} and {sorted(needed)}",
-        )
-        for name in design["variables"]:
-            low, high = min(values[name]), max(values[name])
-            demand(low <= entry[name] <= high, f"twins.{twin}.{name}", entry[name], f"within the design, {low:g} to {high:g}")
     for couple in design["sweep_couples"]:
         for name, value in couple.items():
             demand(
@@ -245,3 +261,18 @@ def check_design(config: dict) -> None:
                 value,
                 f"a value of design.grid.{name}: {design['grid'][name]}",
             )
+
+
+def check_twins(config: dict) -> None:
+    """Raise CalibrationError if a twin has other variables or experiments than the design, or lies outside."""
+    design, ranges = config["design"], space_of(config["design"]).ranges
+    needed = {SEED_KEYS[experiment.NAME] for experiment in chosen(config["experiments"])}
+    for twin, entry in config["twins"].items():
+        demand(
+            set(entry) - set(SEED_KEYS.values()) == set(design["variables"]) and needed <= set(entry),
+            f"twins.{twin}",
+            sorted(entry),
+            f"{design['variables']} and {sorted(needed)}",
+        )
+        for name, (low, high) in ranges.items():
+            demand(low <= entry[name] <= high, f"twins.{twin}.{name}", entry[name], f"within the design, {low:g} to {high:g}")

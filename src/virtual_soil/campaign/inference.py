@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from virtual_soil.calibration.models import from_json, space_of
+from virtual_soil.calibration.models import from_json
 from virtual_soil.calibration.optimise import combined_scale, relative_scale
+from virtual_soil.calibration.space import space_of
 from virtual_soil.calibration.uncertainty import likelihood_of
 from virtual_soil.campaign.experiments.registry import responses_of
 from virtual_soil.campaign.tables import ADVICE, UNREADABLE, TableError, one_line, read_all, read_table

@@ -32,7 +32,10 @@ def measured_table(experiment: str, design: pd.DataFrame, runs, results, timings
     texts = {"simulation_id", "status", "reason", "overlaps_too_much"}
     counts = {name for name in measured if measured[name].dtype.kind == "i"}
     numbers = {name: float for name in measured if name not in texts | counts}
-    return design.merge(measured.astype(numbers), on="simulation_id", validate="many_to_one")
+    table = design.merge(measured.astype(numbers), on="simulation_id", validate="many_to_one")
+    for column, fraction in BY_NAME[experiment].DENSITIES.items():
+        table[column] = (table["density_kg_m3"] * table[fraction]).where(table["status"].isin(BY_NAME[experiment].SOUND))
+    return table
 
 
 def reduced_table(name: str, runs: pd.DataFrame, settings: dict, by_seed: bool = False) -> pd.DataFrame:

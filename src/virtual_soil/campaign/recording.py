@@ -61,5 +61,5 @@ def still_there(before: Grains, after: Grains, seconds: float) -> np.ndarray:
 def record(row: dict, settings: dict, stage: str) -> Film:
     """Simulate a design row and store a frame at every sampling interval of one stage."""
     film, job = Film(stage), import_module(module_of(row["experiment"], "simulate"))
-    job.run(soil_of(row), settings["setup"], engine_of(settings), row["seed"], each=film)
+    job.run(soil_of(row, settings), settings["setup"], engine_of(settings), row["seed"], each=film)
     return film

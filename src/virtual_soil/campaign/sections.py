@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 
 from dem.contact.model import DAMPING_MODELS, ROLLING
+from virtual_soil.campaign.experiments.apparatus import GRAVITY, SECTIONS
+from virtual_soil.campaign.experiments.grading import Grading
 from virtual_soil.campaign.experiments.registry import BY_DEFAULT, EXPERIMENTS, RESPONSES, responses_of
 from virtual_soil.campaign.settings import NAMES, choice, make, section, setting
 
@@ -41,20 +43,37 @@ GRID = {"static_friction": [0.0, 0.1, 0.3, 0.5, 0.9, 1.3, 1.7], "rolling_frictio
 COUPLES = [{"static_friction": 0.3, "rolling_friction": 0.1}, {"static_friction": 0.9, "rolling_friction": 0.2}]
 CHECK_COUPLES = [{"static_friction": 0.3, "rolling_friction": 0.1}, {"static_friction": 0.3, "rolling_friction": 0.2}]
 LEVELS = {"type": "array", "minItems": 1, "uniqueItems": True}
+RANGE = {"type": "array", "minItems": 2, "maxItems": 2, "items": {"type": "number"}}
 COUPLE = {"type": "object", "additionalProperties": {"type": "number", "minimum": 0}, "minProperties": 1}
 
 Design = make(
     "Design",
-    "The simulated points: a full factorial of the grid variables, and sweeps of others at constant couples of the grid variables.",
+    "The simulated points: a full factorial of the grid variables, and sweeps of others at constant couples of the grid variables; "
+    "or points that fill the box of the variables.",
     {
         "variables": (
             list[str],
             setting(
-                "material keys that the optimiser may change; the others stay at their values in material",
+                "what the optimiser may change, material keys or wall frictions; as names: a factorial of grid and sweep; as "
+                "ranges, {static_friction: [0.1, 1.0]}: points that fill the box",
                 ["radius_m", "static_friction", "rolling_friction"],
-                note="Entries of grid and sweep that are no variables are ignored.",
-                of={"minItems": 1, "uniqueItems": True},
+                note="All else stays at its value in material. Entries of grid and sweep that are no variables are ignored.",
+                of={
+                    "type": ["array", "object"],
+                    "minItems": 1,
+                    "minProperties": 1,
+                    "uniqueItems": True,
+                    "additionalProperties": RANGE,
+                },
             ),
+        ),
+        "n_points": (
+            int | None,
+            setting("number of points that fill the box; null: 16 for every variable", None, minimum=4, maximum=4096),
+        ),
+        "points_csv": (
+            str | None,
+            setting("file of points in place of those that fill the box: CSV with a column for every variable; null: none", None),
         ),
         "grid": (
             dict[str, list[float]],
@@ -179,7 +198,12 @@ class Engine:
         False,
     )
     vector_code: bool = setting("explicit vector code for the main kernels; false: plain numba, identical within rounding", True)
-    gravity_m_s2: float = setting("gravitational acceleration", 9.81, above=0, usual=(0.1, 1000.0))
+    gravity_m_s2: float = setting(
+        "gravitational acceleration: a number, or earth, moon, mars",
+        9.81,
+        usual=(0.1, 1000.0),
+        of=GRAVITY | {"type": ["number", "string"]},
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -382,10 +406,12 @@ Study = make(
             ),
         ),
         "material": (Material, section(Material)),
+        "grading": (Grading, section(Grading)),
         "design": (Design, section(Design)),
         "screening": (Screening, section(Screening)),
         "fidelity": (Fidelity, section(Fidelity)),
         **{experiment.NAME: (experiment.Settings, section(experiment.Settings)) for experiment in reversed(EXPERIMENTS)},
+        **{name: (kind, section(kind)) for name, kind in SECTIONS.items()},
         "engine": (Engine, section(Engine)),
         "surrogate": (Surrogates, section(Surrogates)),
         "soils": (

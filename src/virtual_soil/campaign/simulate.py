@@ -84,7 +84,7 @@ def recorded(job, row: dict, settings: dict, checkpoint: Checkpoint):
     state, each = checkpoint.state(), Progress(job.STAGES)
     try:
         with checkpoint.on_signals():
-            soil, engine = soil_of(row), engine_of(settings)
+            soil, engine = soil_of(row, settings), engine_of(settings)
             result = job.run(soil, settings["setup"], engine, row["seed"], each=each, state=state, keep=checkpoint.keep)
         reason = None
     except FAILURES as error:

@@ -15,8 +15,10 @@ import yaml
 
 from virtual_soil.calibration.errors import CalibrationError, demand
 from virtual_soil.calibration.response import Response
-from virtual_soil.campaign import yamls
+from virtual_soil.campaign import settings, yamls
+from virtual_soil.campaign.described import described, out_of_the_usual
 from virtual_soil.campaign.experiments import module_of
+from virtual_soil.campaign.experiments.apparatus import SECTIONS
 from virtual_soil.campaign.experiments.registry import EXPERIMENTS, RESPONSES
 from virtual_soil.campaign.laboratory.entry import is_number, laboratory_paths
 
@@ -24,7 +26,7 @@ from virtual_soil.campaign.laboratory.entry import is_number, laboratory_paths
 FILES = {experiment.LABORATORY: experiment.NAME for experiment in EXPERIMENTS if experiment.LABORATORY}
 #: Which strength a value may say that it is.
 STATED_STRENGTHS = ("peak", "plateau", "steady")
-KEYS = {response.column for response in RESPONSES.values()} | set(FILES)
+KEYS = {response.column for response in RESPONSES.values()} | set(FILES) | set(SECTIONS)
 
 
 def reader(entry: str):
@@ -71,7 +73,21 @@ def soil_content(path: Path) -> dict:
     demand(isinstance(content, dict), f"{path}", type(content).__name__, f"a mapping with keys of {sorted(KEYS)}")
     unknown = sorted(str(key) for key in content if key not in KEYS)
     demand(not unknown, f"{path}: keys {unknown}", "unknown", f"{sorted(KEYS)}")
+    for section, kind in SECTIONS.items():
+        if section in content:
+            check_apparatus(path, section, kind, content[section])
     return content
+
+
+def check_apparatus(path: Path, section: str, kind: type, stated) -> None:
+    """Raise CalibrationError for an entry that states a test as no laboratory can have done it."""
+    known = f"a mapping with keys of {sorted(settings.defaults(kind))}"
+    demand(isinstance(stated, dict), f"{path}: {section}", repr(stated), known)
+    keys = {key: value for key, value in stated.items() if key != "insist"}
+    lines = described(keys, settings.schema(kind) | {"required": []}, f"{path}: {section}")
+    lines = lines or ([] if insists(path, section, stated) else out_of_the_usual(keys, kind, f"{path}: {section}"))
+    if lines:
+        raise CalibrationError(lines[0])
 
 
 def check_range(path: Path, response: Response, row: dict, insisted: bool) -> None:
@@ -104,7 +120,7 @@ def from_value(path: Path, response: Response, entry) -> dict:
     demand(isinstance(entry["source"], str), f"{path}: {key}.source", repr(entry["source"]), "a text")
     uncertainty = entry.get("standard_uncertainty")
     ok = uncertainty is None or is_number(uncertainty)
-    demand(ok, f"{path}: {key}.standard_uncertainty", repr(uncertainty), "a number")
+    demand(ok, f"{path}: {key}.standard_uncertainty", repr(uncertainty), f"a number{yamls.hint(uncertainty)}")
     return {
         "property": response.name,
         "value": float(entry["value"]),

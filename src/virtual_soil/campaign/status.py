@@ -247,7 +247,9 @@ def main(arguments: list[str] | None = None) -> None:
     """Print the progress of a study."""
     parser = argparse.ArgumentParser(description="How far a study is, from its files alone.")
     parser.add_argument("--study", default="default", help="folder below results/ (default: default)")
-    print(report(parser.parse_args(arguments).study, ROOT, time.time()))
+    parser.add_argument("--directory", type=Path, default=ROOT, help="folder of results/ and logs/ (default: the checkout)")
+    given = parser.parse_args(arguments)
+    print(report(given.study, given.directory, time.time()))
 
 
 if __name__ == "__main__":

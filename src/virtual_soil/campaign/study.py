@@ -3,12 +3,13 @@
 import itertools
 import math
 import re
+from collections.abc import Collection
 from functools import reduce
 from operator import getitem
 from pathlib import Path
 from typing import Any
 
-import jsonschema
+import numpy as np
 import pandas as pd
 import yaml
 
@@ -16,27 +17,31 @@ from virtual_soil.calibration.errors import CalibrationError, demand
 from virtual_soil.calibration.optimise import weighted
 from virtual_soil.calibration.points import point_id
 from virtual_soil.calibration.screening import changed_materials
+from virtual_soil.calibration.space import space_of
 from virtual_soil.campaign import settings, yamls
-from virtual_soil.campaign.design import SEED_KEYS, expand
+from virtual_soil.campaign.cost import expected_s
+from virtual_soil.campaign.described import LARGEST, described, shortened
+from virtual_soil.campaign.design import DESIGNED, expand
 from virtual_soil.campaign.experiments.registry import BY_NAME, BY_RESPONSE, LOADS, chosen, responses_of
 from virtual_soil.campaign.sections import USUAL_TERMS, Engine, Material, Study
 from virtual_soil.campaign.settings import NAME
 from virtual_soil.campaign.soils import laboratory_files, measure_soil
 from virtual_soil.campaign.tables import TableError, read_table
+from virtual_soil.campaign.variables import property_rules
 from virtual_soil.errors import InputError
 
 #: Engine settings that decide whether a study may be compared with the paper.
-#: Properties that stand in the tables of every study, as variables or as fixed values.
-PRINTED_VARIABLES = ("radius_m", "static_friction", "rolling_friction")
 PRINTED_ENGINE = ("rolling_model", "damping_model", "gravity_m_s2")
 #: Meaning of the key `soil`, which is given only on the command line.
 SOIL_KEY = "of rule first_answer: a name in config/soils or a soil file; by default the study's soils"
 #: Folders in results/ that are not studies.
 RESERVED = ("first_answer", "verification")
-#: Maximum nesting depth of a configuration (the schema's is five), upper bound of numbers, maximum number of lines of a message.
-MAX_DEPTH, LARGEST, SHOWN = 20, 2.0**62, 20
+#: Maximum nesting depth of a configuration (the schema's is five), maximum number of lines of a message.
+MAX_DEPTH, SHOWN = 20, 20
 #: Upper bound of grains times steps of one simulation: 600 years at 50 million per second.
 MAX_GRAIN_STEPS = 1e18
+#: Longest expected time in s of a simulation of the laboratory's own apparatus that nobody need insist on.
+LONGEST_S = 24 * 3600.0
 
 
 class StudyError(InputError, ValueError):
@@ -52,7 +57,7 @@ def check_config(config: dict) -> None:
         lines = (
             described(config, schema)
             or list(reserved_names(config))
-            or described_materials(config, settings.schema(Material)["properties"])
+            or described_materials(config, property_rules(settings.schema(Material)["properties"], settings.schema))
             or list(unusual(config))
         )
     if lines:
@@ -109,18 +114,6 @@ def oddities(value, key: str = "", depth: int = 0):
         yield f"{name}: {shortened(value)} is neither a number nor a text, list or mapping."
 
 
-def shortened(value) -> str:
-    """Format a value for a message, shortened; Python refuses to print very long integers."""
-    text = "a whole number of more than 18 digits" if isinstance(value, int) and abs(value) >= LARGEST else str(value)
-    return text if len(text) <= 200 else f"{text[:200]}..."
-
-
-def described(value, schema: dict) -> list[str]:
-    """Return a line for every violation of a schema, in the order of the keys."""
-    errors = jsonschema.Draft202012Validator(schema).iter_errors(value)
-    return [describe(error) for error in sorted(errors, key=lambda error: list(map(str, error.path)))]
-
-
 def unusual(config: dict):
     """Yield a line for every number outside its usual range: most often it is in another unit. Keys in `insist` are left out."""
     ranges = {key: field.metadata["usual"] for key, field, _ in settings.leaves(Study)}
@@ -131,7 +124,7 @@ def unusual(config: dict):
             ranges[key], values[key] = ranges.get(f"material.{name}"), value
     for key, value in values.items():
         low, high = ranges[key] or (-math.inf, math.inf)
-        numbers = value if isinstance(value, list) else [value]
+        numbers = [number for number in (value if isinstance(value, list) else [value]) if isinstance(number, int | float)]
         beyond = [number for number in numbers if not low <= number <= high]
         if beyond and key not in config["insist"]:
             yield (
@@ -148,6 +141,8 @@ def material_groups(config: dict) -> dict[str, dict]:
         config["material"], {"factors": {key: factors[key] for key in factors if key in config["material"]}}
     )
     groups = {"design.grid": design["grid"], "design.sweep": design["sweep"]}
+    if isinstance(design["variables"], dict):
+        groups["design.variables"] = design["variables"]
     groups["screening.factors"] = {key: material[key] for key, material in changed.items()}
     groups |= {f"design.sweep_couples.{k}": couple for k, couple in enumerate(design["sweep_couples"])}
     return groups | {f"fidelity.check.couples.{k}": couple for k, couple in enumerate(check["couples"])}
@@ -165,65 +160,17 @@ def described_materials(config: dict, rules: dict[str, dict]) -> list[str]:
     return lines
 
 
-def describe(error: jsonschema.ValidationError) -> str:
-    """Format a schema error as one line."""
-    key = ".".join(map(str, error.absolute_path)) or "the configuration"
-    if error.validator == "additionalProperties":
-        known = set(error.schema.get("properties", {}))
-        unknown = sorted(set(error.instance) - known)
-        return f"{key}: unknown key {', '.join(map(repr, unknown))}; allowed: {', '.join(sorted(known))}."
-    if error.validator == "required":
-        return f"{key}: {error.message}."
-    meaning = error.schema.get("description", "")
-    return f"{key}: {shortened(error.message)}{yamls.hint(error.instance)}." + (f" It means: {meaning}" if meaning else "")
-
-
-def with_fixed(config: dict) -> dict:
-    """The design of a study without the values of what its variables leave out, and those that are fixed as `fixed`.
-
-    A study names its variables; grid and sweep of the default configuration, which it is merged with, may have more.
-    """
-    design = config["design"]
-    kept = {part: {name: design[part][name] for name in design[part] if name in design["variables"]} for part in ("grid", "sweep")}
-    couples = [{name: couple[name] for name in couple if name in kept["grid"]} for couple in design["sweep_couples"]]
-    fixed = {name: config["material"][name] for name in PRINTED_VARIABLES if name not in design["variables"]}
-    return {**design, **kept, "sweep_couples": couples, **({"fixed": fixed} if fixed else {})}
-
-
-def fitting_twins(config: dict) -> tuple[dict, list[str]]:
-    """The twins of a study, and a line for each that is left out: named by no case, and of other variables or experiments.
-
-    A study that is merged with another, as with config/smoke.yaml, has its twins but not its cases.
-    """
-    cases, variables = {case["soil"] for case in config["optimise"]["cases"]}, set(config["design"]["variables"])
-    needed = {SEED_KEYS[experiment.NAME] for experiment in chosen(config["experiments"])}
-    kept, lines = {}, []
-    for name, entry in config["twins"].items():
-        if name in cases or (set(entry) - set(SEED_KEYS.values()) == variables and needed <= set(entry)):
-            kept[name] = entry
-        else:
-            lines.append(f"twins.{name} is left out: no case names it, and it is of another design.")
-    return kept, lines
-
-
 def design_rows(config: dict) -> list[dict]:
     """Return the rows of the design with plain Python values (None if a value does not apply)."""
-    design = config["design"]
     try:
-        demand(
-            {"static_friction", "rolling_friction"} <= set(design["grid"]),
-            "design.variables",
-            design["variables"],
-            "any keys of material beside static_friction and rolling_friction in design.grid, which tables and figures are about",
-        )
         table = expand(config)
     except ValueError as error:
         raise StudyError(str(error)) from None
     return plain_rows(table)
 
 
-def simulations(config: dict, rows: list[dict]) -> dict[str, dict]:
-    """Return simulation_id -> the simulated design row (without purposes) of all rows that share it."""
+def simulations(config: dict, rows: list[dict], insist: Collection[str] = ()) -> dict[str, dict]:
+    """Return simulation_id -> the simulated design row (without purposes) of all rows that share it; insist : see `check_times`."""
     found = {}
     for row in rows:
         if row["simulation_id"] not in found:
@@ -231,7 +178,31 @@ def simulations(config: dict, rows: list[dict]) -> dict[str, dict]:
             plain = {key: value for key, value in row.items() if key != "purposes"}
             found[row["simulation_id"]] = {**plain, **material, "point_id": point_id(material)}
     check_costs(config, found)
+    check_times(config, found, insist)
     return found
+
+
+def check_times(config: dict, rows: dict[str, dict], insist: Collection[str]) -> None:
+    """Refuse a laboratory's apparatus that takes more than a day with grains of this size, naming the size that would do.
+
+    Only where sizes in SI are stated, unless `insist` has their section. Grains times steps go with 1/r^4.
+    """
+    for section, experiment in (("repose_test", "repose"), ("shear_test", "shear")):
+        here = [row for row in rows.values() if row["experiment"] == experiment]
+        stated = [key for key, value in config[section].items() if key.endswith("_m") and value is not None]
+        if section in insist or not here or not stated:
+            continue
+        time_s, row = max(((expected_s(row, experiment_settings(config, row)), row) for row in here), key=lambda pair: pair[0])
+        if time_s > LONGEST_S:
+            larger = row | {"radius_m": float(f"{row['radius_m'] * (1.1 * time_s / LONGEST_S) ** 0.25:.2g}")}
+            then_s = expected_s(larger, experiment_settings(config, larger))
+            n, _ = BY_NAME[experiment].cost(row, experiment_settings(config, row))
+            slice_ = f", or a slice (width_m) of {LONGEST_S / time_s:.1g} of its width" if experiment == "shear" else ""
+            enough = f"{1e3 * larger['radius_m']:.2g} mm ({then_s / 3600:.2g} h){slice_}"
+            raise StudyError(
+                f"{section}: {n:.2g} grains of {1e3 * row['radius_m']:.3g} mm radius take {time_s / 3600:.3g} h of a core; "
+                f"allowed: {LONGEST_S / 3600:g} h, as with scaled-up grains of {enough}. If it is meant: insist: [{section}]"
+            )
 
 
 def check_costs(config: dict, rows: dict[str, dict]) -> None:
@@ -262,11 +233,19 @@ def plain_value(value):
     return None if isinstance(plain, float) and math.isnan(plain) else plain
 
 
+def distance_from_base(config: dict, row) -> np.ndarray:
+    """Squared distance (m,) of points from the base set, in extents of the design's coordinates; row : mapping or table."""
+    space = space_of(config["design"])
+    base = space.unit({name: config["material"][name] for name in space.variables})
+    return ((space.unit(row) - base) ** 2).sum(axis=1)
+
+
 def base_simulation(config: dict, rows: list[dict], experiment: str) -> dict:
-    """Return the campaign's row at the grid point nearest to the base set, with the first seed and the largest load."""
-    grid = [row for row in rows if row["experiment"] == experiment and row["fidelity"] == "campaign" and "grid" in row["purposes"]]
-    nearest = min(grid, key=lambda row: sum(abs(row[name] - config["material"][name]) for name in config["design"]["grid"]))
-    same = [row for row in grid if row["point_id"] == nearest["point_id"] and row["seed"] == nearest["seed"]]
+    """Return the campaign's row at the point of the design nearest to the base set, with the first seed and the largest load."""
+    here = [row for row in rows if row["experiment"] == experiment and row["fidelity"] == "campaign"]
+    designed = [row for row in here if set(DESIGNED) & set(row["purposes"].split(","))]
+    nearest = min(designed, key=lambda row: float(distance_from_base(config, row)[0]))
+    same = [row for row in designed if row["point_id"] == nearest["point_id"] and row["seed"] == nearest["seed"]]
     return max(same, key=lambda row: max((row[load] or 0.0 for load in LOADS), default=0.0))
 
 
@@ -299,21 +278,27 @@ def experiment_settings(config: dict, row: dict) -> dict:
     return BY_NAME[row["experiment"]].setup(config, row)
 
 
-def soil_files(config: dict) -> list[str]:
-    """Return the soil files of a study; raises StudyError listing the existing files if one is missing."""
-    folder = Path("config/soils")
-    for soil in config["soils"]:
-        if not (folder / f"{soil}.yaml").is_file():
-            known = ", ".join(sorted(path.stem for path in folder.glob("*.yaml")))
+def file_of_checkout(path: str, checkout: str | Path) -> str:
+    """Return a path below the working directory if it exists there (as in the checkout itself), otherwise below the checkout."""
+    return path if Path(path).exists() else (Path(checkout) / path).as_posix()
+
+
+def soil_files(config: dict, checkout: str | Path = ".") -> list[str]:
+    """Return the soil files of a study, of the working directory or the checkout; raises StudyError if one is missing."""
+    files = [file_of_checkout(f"config/soils/{soil}.yaml", checkout) for soil in config["soils"]]
+    for soil, file in zip(config["soils"], files, strict=True):
+        if not Path(file).is_file():
+            folders = {Path("config/soils"), Path(checkout) / "config/soils"}
+            known = ", ".join(sorted({path.stem for folder in folders for path in folder.glob("*.yaml")}))
             raise StudyError(f"soils: there is no config/soils/{soil}.yaml; existing soils: {known}.")
-    return [f"config/soils/{soil}.yaml" for soil in config["soils"]]
+    return files
 
 
-def first_answer_soils(soil: str | None, config: dict) -> dict[str, str]:
+def first_answer_soils(soil: str | None, config: dict, checkout: str | Path = ".") -> dict[str, str]:
     """Return name -> soil file for rule first_answer: one soil, given by name or file, or all soils of the study."""
     if soil is None:
-        return dict(zip(config["soils"], soil_files(config), strict=True))
-    path = soil if Path(soil).suffix in (".yaml", ".yml") else soil_files({"soils": [soil]})[0]
+        return dict(zip(config["soils"], soil_files(config, checkout), strict=True))
+    path = soil if Path(soil).suffix in (".yaml", ".yml") else soil_files({"soils": [soil]}, checkout)[0]
     if not Path(path).is_file():
         raise StudyError(f"soil: there is no file {path}; allowed: a soil file (.yaml), or a name in config/soils.")
     name = Path(path).stem
@@ -347,10 +332,10 @@ def check_strengths(config: dict, case: dict, targets: pd.DataFrame) -> None:
         )
 
 
-def check_soils(config: dict) -> None:
+def check_soils(config: dict, checkout: str | Path = ".") -> None:
     """Read every soil file to refuse impossible targets before any simulation; also check that every case names a soil."""
     try:
-        measured = {Path(path).stem: measure_soil(path) for path in soil_files(config)}
+        measured = {Path(path).stem: measure_soil(path) for path in soil_files(config, checkout)}
         targets = {soil: set(table["property"]) for soil, table in measured.items()}
         known, responses = [*config["soils"], *config["twins"]], responses_of(config["experiments"])
         for case in config["optimise"]["cases"]:

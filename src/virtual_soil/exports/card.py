@@ -36,7 +36,10 @@ def material_card(optimum: dict, verification: list[dict], config: dict, provena
     optimum : the case's row of the calibration table. verification : its rows of the verification table. config : of the study.
     provenance : fingerprints (engine, inference, export) and versions. responses : column of each response -> its unit.
     """
-    variables = config["design"]["variables"]
+    variables = list(config["design"]["variables"])
+    walls = {
+        name: optimum.get(f"wall_{name}", config["repose"][f"wall_{name}"]) for name in ("static_friction", "rolling_friction")
+    }
     material = {**config["material"], **{name: optimum[name] for name in variables}}
     card = {
         "format": "virtual-soil material card",
@@ -54,10 +57,7 @@ def material_card(optimum: dict, verification: list[dict], config: dict, provena
             }
             for name, (unit, meaning) in PARAMETERS.items()
         },
-        "walls": {
-            name: material[name] if config["repose"][f"wall_{name}"] is None else config["repose"][f"wall_{name}"]
-            for name in ("static_friction", "rolling_friction")
-        },
+        "walls": {name: material[name] if value is None else value for name, value in walls.items()},
         "responses": {
             column: {
                 "unit": unit,
@@ -80,7 +80,8 @@ def material_card(optimum: dict, verification: list[dict], config: dict, provena
         },
         "models": words(config["engine"]["rolling_model"]),
         "simulated_with": {**config["fidelity"]["campaign"], "n_particles": config["repose"]["n_particles"],
-                           "gravity_m_s2": config["engine"]["gravity_m_s2"]},
+                           "gravity_m_s2": config["engine"]["gravity_m_s2"], "grading": config["grading"],
+                           "repose_test": config["repose_test"], "shear_test": config["shear_test"]},
         "provenance": {"config_sha256": config_hash(config), **provenance},
     }  # fmt: skip
     return check_card(without_nan(card))

@@ -44,6 +44,13 @@ def heading(card: dict, program: str) -> list[str]:
     """Return the header lines of a file."""
     sizes = card["parameters"]["radius_sd_ratio"]["value"]
     spread = [f"The radii scatter by {sizes:g} of their mean: give the program that distribution."] if sizes > 0 else []
+    grading = card["simulated_with"]["grading"]
+    if grading["sieve_passing"]:
+        spread = [
+            f"Sieve curve, to be scaled to the mean radius: {grading['sieve_passing']} pass {grading['sieve_diameters_m']} m."
+        ]
+    elif sizes > 0 and grading["distribution"] != "normal":
+        spread.append(f"The distribution is {grading['distribution']}, cut off at two standard deviations.")
     return [
         f"Material {card['case']} (soil {card['soil']}, study {card['study']}) for {program}, written by virtual-soil. SI units.",
         f"Simulated with virtual-soil: prediction {card['verification']['prediction']}; wanted properties: "

@@ -1,12 +1,14 @@
 """Figures and tables of the report: name -> (section of the method, title). Captions: captions/<name>.rst."""
 
+from collections.abc import Collection
 from pathlib import Path
 
 from snakemake.io import report
 
+from virtual_soil.report.curves import sheared_test
 from virtual_soil.report.experiments import EXPERIMENTS
 from virtual_soil.report.sections import SECTIONS, answer
-from virtual_soil.report.study import has_friction_grid
+from virtual_soil.report.study import offers
 
 FOLDER = Path(__file__).resolve().parent
 CAPTIONS = FOLDER / "captions"
@@ -19,15 +21,14 @@ TABLES = {name: (section.TITLE, title) for section in SECTIONS for name, title i
 PAGE = ("template.html.j2", "report.css", "views.js", *(f"sections/{section.NAME}.html.j2" for section in SECTIONS))
 
 
-def figure_names(config: dict, laboratory: bool = False) -> list[str]:
-    """The figures of a study: not those of experiments that it does not have; laboratory : True if its soils have curves."""
+def figure_names(config: dict, laboratory: Collection[str] = ()) -> list[str]:
+    """The figures of a study: not those of experiments that it does not have; laboratory : names of its soils that have curves."""
     others = [experiment for experiment in EXPERIMENTS if experiment.NAME not in config["experiments"]]
     absent = {name for experiment in others for name in (*experiment.FIGURES, *experiment.RESPONSES)}
     absent |= set() if laboratory else {"laboratory"}
-    absent |= set() if "radius_m" in config["design"]["variables"] else {"radius_sweep"}
-    return [
-        name for name, entry in ENTRIES.items() if name not in absent and (has_friction_grid(config) or not entry.friction_grid)
-    ]
+    compared = {case["soil"] for case in config["optimise"]["cases"]} & set(laboratory)
+    offered = {"", *offers(config), *(["curves"] if compared and sheared_test(config) else [])}
+    return [name for name, entry in ENTRIES.items() if name not in absent and entry.needs in offered]
 
 
 def caption(name: str) -> str:

@@ -11,13 +11,13 @@ class Entry:
     """A figure in the list of contents.
 
     view: name of the interactive view in views.js that is drawn over it; hint: how to use that view.
-    friction_grid: True if the figure needs a design whose grid is static and rolling friction.
+    needs: what a design must offer for the figure to be drawn, see `report.study.offers`, or "curves": of a laboratory.
     """
 
     title: str
     view: str = ""
     hint: str = ""
-    friction_grid: bool = False
+    needs: str = ""
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from virtual_soil.report.experiments import measured, of_study, runs
 from virtual_soil.report.items import Item
 from virtual_soil.report.quantities import axis_label, enumerated
 from virtual_soil.report.sections import SECTIONS
-from virtual_soil.report.study import Study, has_friction_grid, known_points
+from virtual_soil.report.study import Study, known_points, offers
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def views_of(study: Study) -> tuple[dict, dict, str]:
     for experiment in of_study(study.config):
         flat |= experiment.views(study, rows)
         grains |= experiment.packed_views(study)
-    return flat | (response_views(study) if has_friction_grid(study.config) else {}), grains, note
+    return flat | (response_views(study) if "plane" in offers(study.config) else {}), grains, note
 
 
 def periods_m(config: dict, rows: pd.DataFrame) -> dict[str, float]:
@@ -133,7 +133,7 @@ def response_views(study: Study) -> dict:
     """Response surfaces and curves of equal response."""
     tables = study.tables
     radii = views.shown_radii(study.config["design"], tables["calibration"])
-    kinds = {"ours": study.models["chosen"], "polynomial": study.models["quadratic"]}
+    kinds = {"ours": study.models["chosen"], **({"polynomial": study.models["quadratic"]} if study.models["quadratic"] else {})}
     if set(study.as_printed) == set(study.responses):
         kinds["published"] = published()
     points = {name: known_points(study.every, response) for name, response in study.responses.items()}

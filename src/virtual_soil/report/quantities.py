@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import pandas as pd
+
 from virtual_soil.calibration.response import Response
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report.text import interval, number
@@ -26,7 +28,20 @@ VARIABLES = {
     "radius_m": Variable("radius", "r", "µm", 1e6, 0),
     "static_friction": Variable("static friction", "µs", "", 1.0, 2),
     "rolling_friction": Variable("rolling friction", "µr", "", 1.0, 3),
+    "wall_static_friction": Variable("wall's static friction", "µs,w", "", 1.0, 2),
+    "wall_rolling_friction": Variable("wall's rolling friction", "µr,w", "", 1.0, 3),
+    "frame_static_friction": Variable("frames' static friction", "µs,f", "", 1.0, 2),
+    "restitution": Variable("restitution", "e", "", 1.0, 2),
+    "density_kg_m3": Variable("grains' density", "ρ", "kg/m³", 1.0, 0),
+    "shear_modulus_pa": Variable("shear modulus", "G", "MPa", 1e-6, 1),
+    "poisson_ratio": Variable("Poisson's ratio", "ν", "", 1.0, 2),
+    "radius_sd_ratio": Variable("spread of radii", "s", "", 1.0, 2),
 }
+
+
+def shown_in(row: Mapping | pd.DataFrame) -> dict[str, Variable]:
+    """The variables that a table of a study, or a row of it, has columns of."""
+    return {name: variable for name, variable in VARIABLES.items() if name in row}
 
 
 def symbol(name: str) -> str:
@@ -70,13 +85,14 @@ def value_with_interval(row: Mapping, name: str) -> tuple[str, str]:
 
 def variable_cells(row: Mapping) -> list[str]:
     """All design variables of an optimum, with one decimal more than beside their intervals."""
-    return [number(row[name], variable.digits + 1, variable.scale) for name, variable in VARIABLES.items()]
+    return [number(row[name], variable.digits + 1, variable.scale) for name, variable in shown_in(row).items()]
 
 
 def variables_in_words(row: Mapping) -> str:
     """The design variables of a refined optimum, in one cell."""
-    cells = [number(row[name], v.digits + (name != "radius_m"), v.scale) for name, v in VARIABLES.items()]
-    return ", ".join(f"{cell} {v.unit}".rstrip() for cell, v in zip(cells, VARIABLES.values(), strict=True))
+    shown = shown_in(row)
+    cells = [number(row[name], v.digits + (name != "radius_m"), v.scale) for name, v in shown.items()]
+    return ", ".join(f"{cell} {v.unit}".rstrip() for cell, v in zip(cells, shown.values(), strict=True))
 
 
 def combination(direction: Mapping) -> str:

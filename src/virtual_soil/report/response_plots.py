@@ -10,11 +10,13 @@ from matplotlib.ticker import NullLocator
 from virtual_soil.calibration.response import Response
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report.plots import COLOURS, canvas
-from virtual_soil.report.quantities import axis_label, printed_unit
+from virtual_soil.report.quantities import VARIABLES, axis_label, printed_unit
 from virtual_soil.report.text import spoken
 
 #: Points of a drawn line, and of a drawn surface along each axis.
 LINE_POINTS, SWEEP_POINTS, SURFACE_POINTS = 80, 60, 25
+#: Panels beside each other, so that their labels do not overlap.
+MOST_COLUMNS = 4
 #: Colours of the residuals span values up to this quantile.
 COLOUR_QUANTILE = 0.98
 
@@ -51,11 +53,25 @@ def draw_fits(axes, fits: Mapping, values: dict[str, np.ndarray], colour: str, p
         axes.plot(s, printed.predict(values), "--", color=colour, linewidth=0.8)
 
 
+def arranged(n: int) -> tuple[int, int]:
+    """Rows and columns of n panels, at most MOST_COLUMNS of them beside each other."""
+    rows = -(-n // MOST_COLUMNS)
+    return rows, -(-n // rows)
+
+
+def several(n: int, height: float):
+    """A figure with n axes in rows of a height."""
+    rows, columns = arranged(n)
+    figure = Figure(figsize=(11, height * rows), layout="constrained")
+    return figure, [figure.add_subplot(rows, columns, k + 1) for k in range(n)]
+
+
 def surfaces(points: Mapping[str, pd.DataFrame], surrogates: Mapping, radius_m: float) -> Figure:
     """Surface of every response over the friction plane at one radius, with the simulated points."""
-    figure = Figure(figsize=(11, 4.2))
-    figure.subplots_adjust(left=0.0, right=0.94, bottom=0.06, top=0.98, wspace=0.1)
-    panels = np.atleast_1d(figure.subplots(1, len(points), subplot_kw={"projection": "3d"}))
+    rows, columns = arranged(len(points))
+    figure = Figure(figsize=(11, 4.2 * rows))
+    figure.subplots_adjust(left=0.0, right=0.94, bottom=0.06 / rows, top=0.98, wspace=0.1, hspace=0.12)
+    panels = [figure.add_subplot(rows, columns, k + 1, projection="3d") for k in range(len(points))]
     for axes, (name, table) in zip(panels, points.items(), strict=True):
         draw_surface(axes, table, RESPONSES[name], surrogates[name], radius_m)
     return figure
@@ -78,7 +94,7 @@ def residual_map(residuals: pd.DataFrame, radius_m: float) -> Figure:
     """Left-out errors over the friction grid at the base radius: a column per response, a row per kind of surrogate."""
     here = residuals[np.isclose(residuals["radius_m"], radius_m) & (residuals["set"] == "f")]
     responses, kinds = list(dict.fromkeys(here["response"])), list(dict.fromkeys(here["model"]))
-    figure = Figure(figsize=(11, 5.6), layout="constrained")
+    figure = Figure(figsize=(max(11, 2.8 * len(responses)), 5.6), layout="constrained")
     panels = figure.subplots(len(kinds), len(responses), squeeze=False, sharex=True, sharey=True)
     for column, response in enumerate(responses):
         draw_residuals(figure, panels[:, column], here[here["response"] == response], RESPONSES[response], kinds)
@@ -89,9 +105,34 @@ def residual_map(residuals: pd.DataFrame, radius_m: float) -> Figure:
     return figure
 
 
+def slices(points: Mapping[str, pd.DataFrame], surrogates: Mapping, optima: pd.DataFrame, variables: list[str]) -> Figure:
+    """Every response (rows) over every variable (columns): simulated points, and surrogates through the optimum of every case."""
+    figure = Figure(figsize=(max(3.2 * len(variables), 6.0), 2.6 * len(points)), layout="constrained")
+    panels = figure.subplots(len(points), len(variables), squeeze=False, sharey="row", sharex="col")
+    for row, (name, table) in zip(panels, points.items(), strict=True):
+        column, surrogate = RESPONSES[name].column, surrogates[name]
+        means = table.groupby("point_id")[[*variables, column]].mean()
+        for axes, variable in zip(row, variables, strict=True):
+            scale = VARIABLES[variable].scale
+            axes.plot(scale * means[variable], means[column], ".", color="0.6", label="simulated")
+            low, high = surrogate.ranges[variable]
+            x = np.linspace(low, high, LINE_POINTS)
+            for colour, (_, optimum) in zip(COLOURS, optima.iterrows(), strict=False):
+                values = {other: np.full_like(x, optimum[other]) for other in variables} | {variable: x}
+                mean, spread = surrogate.predict_with_error(values)
+                axes.plot(scale * x, mean, color=colour, label=spoken(optimum["case"]))
+                axes.fill_between(scale * x, mean - spread, mean + spread, color=colour, alpha=0.15, linewidth=0)
+                axes.plot(scale * optimum[variable], optimum[column], "*", color=colour, markersize=11)
+        row[0].set_ylabel(axis_label(name))
+    for axes, variable in zip(panels[-1], variables, strict=True):
+        axes.set_xlabel(axis_label(variable))
+    panels[0, 0].legend(fontsize="x-small")
+    return figure
+
+
 def parity(residuals: pd.DataFrame, chosen: Mapping) -> Figure:
     """Predictions of the chosen surrogates at left-out points over the simulated responses, a panel per response."""
-    figure, panels = canvas(len(chosen), width=11, height=3.2)
+    figure, panels = several(len(chosen), 3.2)
     for axes, (name, model) in zip(panels, chosen.items(), strict=True):
         points = residuals[(residuals["response"] == name) & (residuals["model"] == model.model)].dropna(subset="left_out_residual")
         predicted = points["observed"] - points["left_out_residual"]
@@ -115,7 +156,7 @@ def draw_residuals(figure: Figure, panels: np.ndarray, residuals: pd.DataFrame, 
 
 def radius_sweep(points: Mapping[str, pd.DataFrame], surrogates: Mapping) -> Figure:
     """Responses over the radius at the sweep's couples; lines are g(r) times the couple's own value at r0."""
-    figure, panels = canvas(len(points), width=11, height=3.4)
+    figure, panels = several(len(points), 3.4)
     for axes, (name, table) in zip(panels, points.items(), strict=True):
         for k, (couple, group) in enumerate(table.groupby(["static_friction", "rolling_friction"])):
             means = group.groupby("radius_m")[RESPONSES[name].column].mean()

@@ -3,13 +3,18 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
 import pandas as pd
 
 from virtual_soil.calibration.response import Response, Responses
+from virtual_soil.campaign.design import DESIGNED
 from virtual_soil.campaign.experiments.registry import responses_of
 from virtual_soil.campaign.experiments.shear.laboratory import ShearTests
-from virtual_soil.campaign.study import as_printed
+from virtual_soil.campaign.study import as_printed, distance_from_base
+from virtual_soil.report.quantities import VARIABLES, Variable
 
+#: Relative difference up to which a simulated point is an optimum: points are rounded to four digits.
+SAME_POINT = 1e-3
 #: Columns of a table of grains.
 GRAIN_COLUMNS = ["x_m", "y_m", "z_m", "radius_m", "speed_m_s"]
 
@@ -42,21 +47,45 @@ class Study:
         return list(responses_of(as_printed(self.config)))
 
     @property
+    def variables(self) -> dict[str, Variable]:
+        """What tables show of a point: its design variables, radius and frictions."""
+        shown = {*self.config["design"]["variables"], *self.config["design"].get("fixed", {})}
+        return {name: variable for name, variable in VARIABLES.items() if name in shown}
+
+    @property
     def responses(self) -> Responses:
         """Responses that the study's experiments measure, by name."""
         return responses_of(self.config["experiments"])
 
 
-def has_friction_grid(config: dict) -> bool:
-    """True if the design's grid is static and rolling friction, as response surfaces require."""
-    return set(config["design"]["grid"]) == {"static_friction", "rolling_friction"}
+def offers(config: dict) -> set[str]:
+    """What a design offers to figures.
+
+    plane: the frictions, and at most the radius, are its variables. grid: static and rolling friction are its grid, too. sweep: the
+    radius is swept, too. filling: it has points that fill its box in place of a grid.
+    """
+    design = config["design"]
+    frictions, variables = {"static_friction", "rolling_friction"}, set(design["variables"])
+    if not design["grid"]:
+        return {"filling", *(["plane"] if frictions <= variables <= {*frictions, "radius_m"} else [])}
+    if set(design["grid"]) != frictions or not variables <= {*frictions, "radius_m"}:
+        return set()
+    return {"plane", "grid", *(["sweep"] if "radius_m" in variables & set(design["sweep"]) else [])}
 
 
 def base_point(table: pd.DataFrame, config: dict) -> pd.DataFrame:
-    """Rows of the grid point nearest to the base couple, at the base radius and campaign fidelity."""
-    grid = table[table["purposes"].str.contains("grid") & (table["fidelity"] == "campaign")]
-    distance = sum((grid[name] - config["material"][name]).abs() for name in config["design"]["grid"])
-    return grid[grid["point_id"] == grid.loc[distance.idxmin(), "point_id"]]
+    """Rows of the point of the design nearest to the base set, at campaign fidelity."""
+    designed = np.array([bool({*DESIGNED} & set(text.split(","))) for text in table["purposes"]], bool)
+    points = table[designed & (table["fidelity"] == "campaign")].reset_index(drop=True)
+    nearest = int(distance_from_base(config, points).argmin())
+    return points[points["point_id"] == points.loc[nearest, "point_id"]]
+
+
+def runs_at(study: Study, experiment: str, optimum: Mapping) -> pd.DataFrame:
+    """Rows of all simulations of an experiment at an optimum, at campaign fidelity."""
+    runs = study.every[experiment].drop_duplicates("simulation_id")
+    same = [np.isclose(runs[name], optimum[name], rtol=SAME_POINT) for name in study.config["design"]["variables"]]
+    return runs[np.logical_and.reduce(same) & (runs["fidelity"] == "campaign").to_numpy()]
 
 
 def couple(row: Mapping) -> str:

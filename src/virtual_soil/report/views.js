@@ -348,6 +348,9 @@
   const near = (value, radius, share = 0.02) => Math.abs(value / radius - 1) < share;
   const microns = (radius) => `${Number(radius.toPrecision(3))} µm`;
 
+  // Our own surrogate where a kind has none: the paper has no bulk density.
+  const fieldOf = (fields, kind, response, k) => (fields[kind][response] ?? fields.ours[response])[k];
+
   async function surfaceView({ controls, plot, Plotly }) {
     const { surfaces, responses } = await views();
     const { static: s, rolling: r, radii_um: radii, fields, simulated } = surfaces;
@@ -362,7 +365,7 @@
     };
     function draw() {
       const title = responses[response.value];
-      const field = fields[kind.value][response.value][radius.value];
+      const field = fieldOf(fields, kind.value, response.value, radius.value);
       const [x, y, z] = points();
       const surface = {
         type: "surface", x: s, y: r, z: field, colorscale: "Viridis", opacity: 0.9, colorbar: colourBar(title), name: "surrogate",
@@ -377,7 +380,7 @@
       return Plotly.react(plot, [surface, dots], layout({ scene: look, margin: { l: 0, r: 0, t: 10, b: 0 } }), SETTINGS);
     }
     const csv = () => {
-      const field = fields[kind.value][response.value][radius.value];
+      const field = fieldOf(fields, kind.value, response.value, radius.value);
       const surrogate = field.flatMap((row, j) => row.map((value, i) => ["surrogate", s[i], r[j], value]));
       const [x, y, z] = points();
       return [["source", "static_friction", "rolling_friction", response.value], ...surrogate, ...x.map((_, i) => ["simulated", x[i], y[i], z[i]])];
@@ -402,7 +405,7 @@
     const curves = () => Object.keys(responses).flatMap((response, k) => {
       const target = iso[choice.value].targets[response];
       if (target === null || target === undefined) return [];
-      const field = fields[kind.value][response][radius.value];
+      const field = fieldOf(fields, kind.value, response, radius.value);
       const all = field.flat();
       const reached = Math.min(...all) <= target && target <= Math.max(...all);
       const band = Math.max(0.05 * Math.abs(target), 1);

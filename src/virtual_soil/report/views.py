@@ -7,8 +7,9 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.campaign.variables import PRINTED
 from virtual_soil.report import pack
-from virtual_soil.report.quantities import VARIABLES
+from virtual_soil.report.quantities import shown_in
 from virtual_soil.report.text import spoken
 
 #: Maximum number of grains in the 3D view, about 7 bytes of the page each; of larger studies a selection is shown.
@@ -17,8 +18,6 @@ PLACES = ["x_m", "y_m", "z_m"]
 FRICTIONS = ("static_friction", "rolling_friction")
 #: Points of a surface along static and rolling friction.
 SURFACE_POINTS = (35, 25)
-#: Properties that may differ between points beside the design variables, and their symbols.
-FURTHER = {"density_kg_m3": "ρ", "poisson_ratio": "ν", "shear_modulus_pa": "G", "restitution": "e"}
 
 
 def coordination(grains: pd.DataFrame, periodic_m: float = 0.0) -> np.ndarray:
@@ -62,19 +61,22 @@ def labelled(rows: pd.DataFrame, material: dict, calibration: pd.DataFrame) -> p
     points[["label", "rank"]] = [point_label(point, material, optima) for _, point in points.iterrows()]
     merged = rows.merge(points[["point_id", "label", "rank"]], on="point_id")
     merged["lid_last"] = -merged["normal_stress_pa"]  # heaps first, then the largest stress
-    keys = ["rank", *VARIABLES, "point_id", "fidelity", "lid_last", "seed"]
+    keys = ["rank", *shown_in(merged), "point_id", "fidelity", "lid_last", "seed"]
     return merged.sort_values(keys, kind="stable", ignore_index=True, na_position="first").drop(columns="lid_last")
 
 
 def point_label(point: pd.Series, material: dict, optima: pd.DataFrame) -> tuple[str, int]:
     """Label and rank of a point: below 1 for an optimum, in the order of the cases; 1 for the base set, 2 for any other point."""
     label = f"µs {point['static_friction']:.3g}, µr {point['rolling_friction']:.3g}, r {1e6 * point['radius_m']:.3g} µm"
-    label += "".join(f", {symbol} {point[n]:g}" for n, symbol in FURTHER.items() if not math.isclose(point[n], material[n]))
+    further = {n: v for n, v in shown_in(material).items() if n not in PRINTED and not math.isclose(point[n], material[n])}
+    label += "".join(f", {v.symbol} {point[n] * v.scale:.4g} {v.unit}".rstrip() for n, v in further.items())
     cases = list(optima["case"])
-    here = [row["case"] for _, row in optima.iterrows() if all(math.isclose(point[n], row[n], rel_tol=1e-3) for n in VARIABLES)]
+    here = [
+        row["case"] for _, row in optima.iterrows() if all(math.isclose(point[n], row[n], rel_tol=1e-3) for n in shown_in(optima))
+    ]
     if here:
         return f"{label} (optimum of {', '.join(map(spoken, here))})", cases.index(here[0]) - len(cases)
-    if all(math.isclose(point[n], material[n]) for n in (*VARIABLES, *FURTHER)):
+    if all(math.isclose(point[n], material[n]) for n in shown_in(material)):
         return f"{label} (base set)", 1
     return label, 2
 

@@ -21,6 +21,8 @@ MODULES = {
             "MEASURED_BY",
             "REDUCED_BY",
             "LABORATORY",
+            "PROPERTIES",
+            "DENSITIES",
             "SEEDS",
             "SOUND",
             "Settings",

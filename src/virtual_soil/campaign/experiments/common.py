@@ -1,6 +1,5 @@
 """Shared by the experiments of a campaign: soil and engine of a design row, and closed forms for their costs."""
 
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -8,7 +7,9 @@ from dem import stable_time_step
 from dem.contact.model import ROLLING
 from dem.experiments.soil import Engine, Soil
 from dem.factory import SPACING_RATIO
-from virtual_soil.calibration.errors import demand
+from virtual_soil.calibration.errors import CalibrationError, demand
+from virtual_soil.calibration.response import Response
+from virtual_soil.campaign.experiments.grading import radii_of
 from virtual_soil.campaign.settings import setting
 
 SOIL_KEYS = tuple(Soil.__dataclass_fields__)
@@ -26,6 +27,20 @@ RESOLVED_RATIO = 0.01
 CONSOLIDATION_TIMES, CONSOLIDATION_STEPS = 40.0, 5500
 #: Minimum of E*/p with grains that are not softened: overlaps of (p/E*)^(2/3) = 1 % of the radius.
 LEAST_STIFFNESS = 1000.0
+
+
+def bulk_density(name: str, symbol: str, table: str) -> Response:
+    """Response of a bulk density; its error is the scatter over seeds."""
+    return Response(
+        name=name,
+        column=f"{name}_kg_m3",
+        unit="kg/m3",
+        symbol=symbol,
+        table=table,
+        usual=(100.0, 1e4),
+        of_consequence=30.0,
+        decisive_error=10.0,
+    )
 
 
 def stress_ratios() -> Any:
@@ -46,9 +61,17 @@ def normal_stresses_pa(section: dict, material: dict, gravity_m_s2: float, facto
     return [float(f"{value:.4g}") for value in stresses]
 
 
-def soil_of(row: dict) -> Soil:
-    """Return the virtual soil of a design row."""
-    return Soil(**{key: row[key] for key in SOIL_KEYS if key in row})
+def soil_of(row: dict, settings: dict) -> Soil:
+    """Return the virtual soil of a design row; settings : of the simulation, or the configuration of the study (its grading).
+
+    Raises CalibrationError if the grains cannot have such radii.
+    """
+    soil = Soil(**{key: row[key] for key in SOIL_KEYS if key in row}, **radii_of(settings))
+    try:
+        soil.sizes  # noqa: B018 (the engine refuses impossible ones)
+    except ValueError as error:
+        raise CalibrationError(f"grading: {error}") from None
+    return soil
 
 
 def engine_of(settings: dict) -> Engine:
@@ -99,11 +122,6 @@ def time_step_s(soil: Soil, engine: Engine) -> float:
     return stable_time_step(soil.sizes.smallest_m, soil.softened(engine.stiffness_reduction), engine.time_step_rayleigh_ratio)
 
 
-def grain_volume_m3(soil: Soil) -> float:
-    """Mean volume of a grain in m3."""
-    return 4.0 / 3.0 * math.pi * soil.radius_m**3 * (1.0 + 3.0 * soil.radius_sd_ratio**2)
-
-
 def loose_column_m(soil: Soil, n_grains: int, area_m2: float) -> float:
     """Height in m of the lattice of n grains over an area before they are dropped (see `dem.factory`)."""
     spacing = 2.0 * SPACING_RATIO * soil.sizes.largest_m
@@ -112,4 +130,4 @@ def loose_column_m(soil: Soil, n_grains: int, area_m2: float) -> float:
 
 def filled_height_m(soil: Soil, n_grains: int, area_m2: float) -> float:
     """Height in m of n settled grains over an area."""
-    return n_grains * grain_volume_m3(soil) / (SOLID_FRACTION * area_m2)
+    return n_grains * soil.grain_volume_m3 / (SOLID_FRACTION * area_m2)

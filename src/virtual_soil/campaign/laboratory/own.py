@@ -8,6 +8,7 @@ import numpy as np
 
 from virtual_soil.calibration.errors import demand
 from virtual_soil.campaign.laboratory.quantities import QUANTITIES, UNITS, unit_key
+from virtual_soil.campaign.yamls import hint
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ def own_column(name: str, entry, key: str) -> Own:
     scaled = isinstance(factor, int | float) and not isinstance(factor, bool) and np.isfinite(factor) and factor != 0
     ok = (named != numbered) and set(full) <= {"header", "unit", "factor", "column"} and (numbered or number is None)
     demand(ok, key, repr(entry), "a header of the file, several, or {header or column (its number), unit, factor}")
-    demand(bool(scaled), f"{key}.factor", repr(factor), "a number other than zero")
+    demand(bool(scaled), f"{key}.factor", repr(factor), f"a number other than zero{hint(factor)}")
     known = unit is None or (kind is not None and isinstance(unit, str) and unit_key(unit) in UNITS[kind])
     demand(known, f"{key}.unit", repr(unit), f"one of {', '.join(UNITS[kind])}" if kind else "no unit: a label")
     return Own(() if numbered else cast(tuple[str, ...], headers), unit, float(factor), number)

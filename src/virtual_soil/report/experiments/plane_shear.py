@@ -15,7 +15,10 @@ from virtual_soil.report.study import Study, base_point, before_and_after, coupl
 from virtual_soil.report.text import number, spoken
 
 NAME, TITLE, SPECIMEN = "plane_shear", "Plane shear", "sheared bed"
-RESPONSES = {name: None for name in ("steady_friction_angle", "steady_cohesion", "peak_friction_angle", "peak_cohesion")}
+RESPONSES = {
+    name: None
+    for name in ("steady_friction_angle", "steady_cohesion", "peak_friction_angle", "peak_cohesion", "sheared_bulk_density")
+}
 FIGURES = {
     "plane_shear_bed": Entry("Plane shear: the bed"),
     "plane_shear_curves": Entry("Plane shear: shear curves"),
@@ -65,7 +68,8 @@ def figures(study: Study) -> dict[str, Item]:
 def facts(run: Mapping) -> str:
     """What was measured in a bed."""
     ratio, density = run["steady_shear_stress_pa"] / run["steady_normal_stress_pa"], run["steady_solid_fraction"]
-    return f"τ/σ {number(ratio, 3)} {spoken(run['status'])}, solid fraction {number(density, 3)}"
+    packing = f"solid fraction {number(density, 3)}, void ratio {number(1.0 / density - 1.0, 2)}"
+    return f"τ/σ {number(ratio, 3)} {spoken(run['status'])}, {packing}"
 
 
 def line_of(study: Study, state: str, point: str) -> pd.Series | None:

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from dem import Grains
 from virtual_soil.campaign.experiments.registry import RESPONSES as CAMPAIGN_RESPONSES
+from virtual_soil.campaign.study import experiment_settings
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.pack import packed_grains
 from virtual_soil.report.plots import COLOURS, canvas, draw_grains
@@ -16,7 +17,7 @@ from virtual_soil.report.text import number, spoken
 from virtual_soil.report.views import coordination, distance_mm
 
 NAME, TITLE, SPECIMEN = "repose", "Angle of repose", "heap"
-RESPONSES = {"angle_of_repose": "Figure 5"}
+RESPONSES = {"angle_of_repose": "Figure 5", "bulk_density": None}
 FIGURES = {
     "lift": Entry("Figure 2: the tube is lifted", view="lift", hint="Slide through the lift, or play it."),
     "heap": Entry("Tube and heap at the base set"),
@@ -48,7 +49,7 @@ def figures(study: Study) -> dict[str, Item]:
             f"Four moments of the lift at {couple(run)}: grains in the tube, flowing out under its rim, and at rest as a heap",
         ),
         "heap": Item(
-            heap(before, after, angle),
+            heap(before, after, angle, tube_radius_m(study.config, run)),
             before_and_after(before, after),
             f"Grains in the tube and heap of {angle:.1f} degrees at {couple(run)}",
         ),
@@ -62,14 +63,26 @@ def facts(run: Mapping) -> str:
     return f"A {number(run[ANGLE])}°, {spoken(run['status'])}, {height}overlaps up to {overlap} % of r"
 
 
-def heap(filled: pd.DataFrame, grains: pd.DataFrame, angle_deg: float) -> Figure:
-    """Figure 2: the grains in the tube, and the heap at rest with a line at its angle of repose."""
+def tube_radius_m(config: dict, run: pd.Series) -> float:
+    """Inner radius of the tube in which a heap's grains were filled."""
+    setup = experiment_settings(config, run.to_dict())["setup"]
+    return setup["tube_diameter_ratio"] * setup["scale_radius_m"]
+
+
+def heap(filled: pd.DataFrame, grains: pd.DataFrame, angle_deg: float, tube_m: float) -> Figure:
+    """Figure 2: the grains in the tube, to scale, and the heap at rest with a line at its angle of repose; tube_m : its radius."""
     figure, (left, right) = canvas(2, height=3.2)
     for axes, state, title in ((left, filled, "before the lift"), (right, grains, "at rest")):
         if len(state):
             draw_grains(axes, state, np.hypot(state["x_m"], state["y_m"]))
         axes.axhline(0.0, color="black")
         axes.set_title(title)
+    if len(filled):
+        top = 1e3 * float((filled["z_m"] + filled["radius_m"]).max())
+        for side in (-1e3 * tube_m, 1e3 * tube_m):
+            left.plot([side, side], [0.0, 1.1 * top], color="black", linewidth=2)
+        size = f"tube {2e3 * tube_m:.3g} mm, filled to {top:.3g} mm"
+        left.set_title(f"{size}:\n{len(filled)} grains of {1e3 * filled['radius_m'].mean():.3g} mm radius", fontsize="small")
     if len(grains) and angle_deg > 0:
         top = 1e3 * float((grains["z_m"] + grains["radius_m"]).max())
         foot = top / np.tan(np.radians(angle_deg))

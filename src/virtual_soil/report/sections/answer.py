@@ -11,8 +11,8 @@ from virtual_soil.calibration.verify import QUESTIONS, UNASKED, UNSIMULATED
 from virtual_soil.campaign.experiments.common import LARGEST_OVERLAP_RATIO
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report.items import Entry, Item
-from virtual_soil.report.quantities import VARIABLES, header, printed_unit, symbol, symbols, value_with_interval, variables_in_words
-from virtual_soil.report.study import Study
+from virtual_soil.report.quantities import header, printed_unit, shown_in, symbol, symbols, value_with_interval, variables_in_words
+from virtual_soil.report.study import Study, runs_at
 from virtual_soil.report.text import number, spoken, with_error
 
 NAME, TITLE, HEADING = "answer", "The answer", "The answer"
@@ -22,7 +22,14 @@ BEYOND = re.compile("|".join(beyond for beyond, _ in QUESTIONS.values()))
 #: The setting `optimise.errors` in words.
 ERRORS = {"relative": "relative to the targets, as in the paper", "combined": "in units of the combined standard uncertainties"}
 FIGURES: dict[str, Entry] = {}
-TABLES = {"answer": "Calibrated grain parameters", "properties": "Properties at the optima"}
+TABLES = {"answer": "Calibrated grain parameters", "properties": "Properties at the optima", "packing": "How dense the soils are"}
+#: Experiment, column of its solid fraction, and the state of the soil in words.
+STATES = (
+    ("repose", "poured_solid_fraction", "poured into the tube"),
+    ("plane_shear", "solid_fraction", "prepared for plane shear"),
+    ("plane_shear", "steady_solid_fraction", "steadily sheared"),
+    ("shear", "solid_fraction", "prepared in the shear box"),
+)
 
 
 def figures(_study: Study) -> dict[str, Item]:
@@ -35,6 +42,7 @@ def tables(study: Study) -> dict[str, pd.DataFrame]:
     return {
         "answer": answer_table(study.tables["calibration"]),
         "properties": properties_table(study.tables["verification"], study.responses),
+        "packing": packing_table(study),
     }
 
 
@@ -57,10 +65,11 @@ def prefers_large(cases: list[dict]) -> bool:
 def answer_table(calibration: pd.DataFrame) -> pd.DataFrame:
     """Our optima with the intervals of their variables, and whether their simulated soils match the targets."""
     rows = []
+    shown = shown_in(calibration)
     for _, row in calibration[calibration["surrogate"] == "ours"].iterrows():
-        cells = [cell for name in VARIABLES for cell in value_with_interval(row, name)]
+        cells = [cell for name in shown for cell in value_with_interval(row, name)]
         rows.append((row["case"], *cells, spoken(row["match"])))
-    columns = [column for variable in VARIABLES.values() for column in (header(variable), "95 %")]
+    columns = [column for variable in shown.values() for column in (header(variable), "95 %")]
     return pd.DataFrame(rows, columns=["case", *columns, "targets"])
 
 
@@ -76,7 +85,7 @@ def answer_card(row: Mapping, verification: pd.DataFrame) -> dict:
     `state` is "good" only if the simulated soil matches every target and none of its simulations was spoiled.
     """
     values = []
-    for name, variable in VARIABLES.items():
+    for name, variable in shown_in(row).items():
         value, interval = value_with_interval(row, name)
         values.append((variable.symbol, f"{value} {variable.unit}".rstrip(), interval))
     sound = not row["n_spoiled"]
@@ -154,6 +163,22 @@ def properties_table(verification: pd.DataFrame, responses: Responses) -> pd.Dat
     return pd.DataFrame(list(zip(cases, *columns, strict=True)), columns=names)
 
 
+def packing_table(study: Study) -> pd.DataFrame:
+    """Solid fraction, void ratio and bulk density of every optimum in the states that its tests know: means of its runs."""
+    rows = []
+    for _, optimum in study.tables["calibration"].query("surrogate == 'ours'").iterrows():
+        for experiment, column, state in STATES:
+            if experiment not in study.every:
+                continue
+            runs = runs_at(study, experiment, optimum)
+            fraction = runs[column].mean() if column in runs else float("nan")
+            density = fraction * runs["density_kg_m3"].mean()
+            cells = number(fraction, 3), number(1.0 / fraction - 1.0, 3), number(density, 0)
+            rows.append((spoken(optimum["case"]), state, *cells, len(runs)))
+    columns = ["case", "state", "solid fraction", "void ratio", "bulk density (kg/m³)", "simulations"]
+    return pd.DataFrame(rows, columns=columns)
+
+
 def answer_remarks(study: Study) -> list[str]:
     """One paragraph per case: what a user of its parameters must know."""
     return [" ".join(caveats(row, study)) for _, row in study.tables["calibration"].query("surrogate == 'ours'").iterrows()]
@@ -187,7 +212,7 @@ def missed_targets(optimum: Mapping) -> list[str]:
 
 def outside_interval(optimum: Mapping) -> list[str]:
     """Why the variables of an optimum lie outside their own 95 % intervals."""
-    outside = [name for name in VARIABLES if not optimum[f"{name}_low_95"] <= optimum[name] <= optimum[f"{name}_high_95"]]
+    outside = [name for name in shown_in(optimum) if not optimum[f"{name}_low_95"] <= optimum[name] <= optimum[f"{name}_high_95"]]
     if not outside:
         return []
     large = optimum.get(f"weight_{LARGE_GRAINS}", 0.0) > 0
@@ -233,7 +258,7 @@ def undetermined(case: str, identifiability: pd.DataFrame, equivalents: pd.DataF
     if identifiability.loc[identifiability["case"] == case, "determined"].astype(bool).all() or len(sets) < 2:
         return []
     fine, coarse = ((row, variables_in_words(row)) for _, row in sets.iloc[[0, -1]].iterrows())
-    named = ", ".join(variable.symbol for variable in VARIABLES.values())
+    named = ", ".join(variable.symbol for variable in shown_in(sets).values())
     return [
         f"Parameters can be traded: the tests do not tell {named} = {fine[1]} from {coarse[1]} (section 5 lists more such sets)."
     ]

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import pandas as pd
 
 from virtual_soil.campaign.experiments.common import LARGEST_OVERLAP_RATIO
+from virtual_soil.campaign.variables import PRINTED
 from virtual_soil.report.experiments import of_study, runs
 from virtual_soil.report.items import Entry, Item
-from virtual_soil.report.quantities import VARIABLES
 from virtual_soil.report.study import Study
 from virtual_soil.report.text import number, with_error
 
@@ -26,7 +26,7 @@ READING = (
     "The paper's Equation 3 is read with c in kPa and r0 = 200 µm for the shear test: only then does it give the printed values."
 )
 #: What identifies a failed simulation, and the reason.
-FAILED = ["simulation_id", "experiment", *VARIABLES, "normal_stress_pa", "seed", "reason"]
+FAILED = ["simulation_id", "experiment", *PRINTED, "normal_stress_pa", "seed", "reason"]
 
 
 def figures(_study: Study) -> dict[str, Item]:

@@ -9,7 +9,7 @@ from virtual_soil.calibration import paper
 from virtual_soil.calibration.response import Responses
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas
-from virtual_soil.report.quantities import VARIABLES, header, variable_cells
+from virtual_soil.report.quantities import header, shown_in, variable_cells
 from virtual_soil.report.study import Study
 from virtual_soil.report.text import number, spoken
 
@@ -66,7 +66,7 @@ def optimisation_table(study: Study) -> pd.DataFrame:
             printed_row(case, printed, responses) for case, printed in paper.OPTIMA.items() if case in set(calibration["case"])
         ]
     order = {case: k for k, case in enumerate(dict.fromkeys(calibration["case"]))}
-    headers = [*map(header, VARIABLES.values()), *map(header, responses.values())]
+    headers = [*map(header, shown_in(calibration).values()), *map(header, responses.values())]
     columns = ["case", "source", *headers, "cost", "iterations", "Gauss–Newton"]
     return pd.DataFrame(sorted(rows, key=lambda row: order.get(row[0], len(order))), columns=columns)
 
@@ -94,7 +94,7 @@ def minima_table(minima: pd.DataFrame, responses: Responses) -> pd.DataFrame:
     return pd.DataFrame(
         {
             "case": ours["case"],
-            **{header(v): [number(x, v.digits + 1, v.scale) for x in ours[name]] for name, v in VARIABLES.items()},
+            **{header(v): [number(x, v.digits + 1, v.scale) for x in ours[name]] for name, v in shown_in(ours).items()},
             **{header(response): [number(x) for x in ours[response.column]] for response in responses.values()},
             "cost": [number(v, 5) for v in ours["cost"]],
             "at an edge": ours["at_bound"].str.replace(",", ", "),

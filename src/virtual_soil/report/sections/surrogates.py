@@ -5,11 +5,12 @@ from collections.abc import Collection, Mapping
 import pandas as pd
 
 from virtual_soil.calibration.paper import published
+from virtual_soil.campaign.design import DESIGNED
 from virtual_soil.report import experiments, response_plots
 from virtual_soil.report.experiments import EXPERIMENTS, measured, of_study
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.quantities import enumerated, symbol
-from virtual_soil.report.study import Study, has_friction_grid, known_points
+from virtual_soil.report.study import Study, known_points, offers
 from virtual_soil.report.text import number, spoken, with_error
 
 NAME, TITLE = "surrogates", "3. Virtual tests and surrogates"
@@ -27,18 +28,19 @@ def response_title(words: str, paper_figure: str | None) -> str:
 FIGURES = {
     **{name: entry for experiment in EXPERIMENTS for name, entry in experiment.FIGURES.items()},
     **{
-        response.name: Entry(response_title(response.words, figure), friction_grid=True)
+        response.name: Entry(response_title(response.words, figure), needs="grid")
         for response, figure in measured(EXPERIMENTS).items()
     },
     "surfaces": Entry(
         "Response surfaces",
         view="surfaces",
         hint="Choose response, surrogate and radius; the paper's own surrogate is among them.",
-        friction_grid=True,
+        needs="plane",
     ),
-    "radius_sweep": Entry("Radius sweep", friction_grid=True),
-    "parity": Entry("Predicted against simulated", friction_grid=True),
-    "residuals": Entry("Errors at left-out points", friction_grid=True),
+    "radius_sweep": Entry("Radius sweep", needs="sweep"),
+    "slices": Entry("Responses over each variable", needs="filling"),
+    "parity": Entry("Predicted against simulated"),
+    "residuals": Entry("Errors at left-out points", needs="grid"),
 }
 TABLES = {
     "equation": "Equation 3: coefficients",
@@ -50,7 +52,7 @@ TABLES = {
 def figures(study: Study) -> dict[str, Item]:
     """Figures of every experiment, of every response, and of all responses together."""
     items = {name: item for experiment in of_study(study.config) for name, item in experiment.figures(study).items()}
-    return items | (response_figures(study) if has_friction_grid(study.config) else {})
+    return items | response_figures(study)
 
 
 def tables(study: Study) -> dict[str, pd.DataFrame]:
@@ -70,40 +72,55 @@ def words(study: Study) -> dict:
         "specimens": " or ".join(experiment.SPECIMEN for experiment in tests),
         "since": ", or ".join(dict.fromkeys(experiment.DISPLACED_SINCE for experiment in tests)),
         "responses": [response.name for response in measured(tests)],
+        "polynomials": bool(study.models["quadratic"]),
         "remarks": [*experiments.remarks(NAME, study), *fit_remarks(study.models["chosen"])],
     }
 
 
 def response_figures(study: Study) -> dict[str, Item]:
-    """Responses over the friction grid and the radius sweep, and their errors."""
+    """Responses over the variables of the design, as far as it allows, and the surrogates' errors."""
     known = {name: known_points(study.tables, response) for name, response in study.responses.items()}
-    grids, sweeps = (
-        {name: table[table["purposes"].str.contains(purpose)] for name, table in known.items()} for purpose in ("grid", "sweep")
-    )
-    chosen, radius_m = study.models["chosen"], study.config["material"]["radius_m"]
+    offered, chosen, radius_m = offers(study.config), study.models["chosen"], study.config["material"]["radius_m"]
     names = enumerated([response.words for response in study.responses.values()])
-    return {
-        **{
-            response.name: response_figure(study, response.name, grids[response.name])
-            for response in measured(of_study(study.config))
-        },
-        "surfaces": Item(
-            response_plots.surfaces(grids, chosen, radius_m),
-            pd.concat(list(grids.values())),
-            f"{names} as surfaces over static and rolling friction".capitalize(),
-        ),
-        **(radius_figure(study, sweeps, names) if "radius_m" in study.config["design"]["variables"] else {}),
+    points = {name: of_purpose(table, *DESIGNED) for name, table in known.items()}
+    items = {
         "parity": Item(
             response_plots.parity(study.residuals, chosen),
             study.residuals,
             f"{names}: predicted without the point against simulated".capitalize(),
-        ),
-        "residuals": Item(
+        )
+    }
+    if "plane" in offered:
+        items["surfaces"] = Item(
+            response_plots.surfaces(points, chosen, radius_m),
+            pd.concat(list(points.values())),
+            f"{names} as surfaces over static and rolling friction".capitalize(),
+        )
+    if "grid" in offered:
+        items |= {
+            response.name: response_figure(study, response.name, points[response.name])
+            for response in measured(of_study(study.config))
+        }
+        items["residuals"] = Item(
             response_plots.residual_map(study.residuals, radius_m),
             study.residuals,
             "Errors of both surrogates at left-out points of the friction grid",
-        ),
-    }
+        )
+    if "sweep" in offered:
+        items |= radius_figure(study, {name: of_purpose(table, "sweep") for name, table in known.items()}, names)
+    if "filling" in offered:
+        ours = study.tables["calibration"].query("surrogate == 'ours'")
+        items["slices"] = Item(
+            response_plots.slices(points, chosen, ours, list(study.config["design"]["variables"])),
+            pd.concat(list(points.values())),
+            f"{names} over each variable, the others as at the optima".capitalize(),
+        )
+    return items
+
+
+def of_purpose(table: pd.DataFrame, *purposes: str) -> pd.DataFrame:
+    """Rows that were simulated for one of the purposes."""
+    return table[[bool(set(purposes) & set(text.split(","))) for text in table["purposes"]]]
 
 
 def radius_figure(study: Study, sweeps: Mapping[str, pd.DataFrame], names: str) -> dict[str, Item]:

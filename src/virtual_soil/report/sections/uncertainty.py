@@ -1,5 +1,6 @@
 """The uncertainty: parameters that are consistent with the targets, directions that the tests determine, and coverage."""
 
+import itertools
 from collections.abc import Mapping
 
 import numpy as np
@@ -7,18 +8,21 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from virtual_soil.calibration.response import Responses
-from virtual_soil.calibration.verify import verdict
+from virtual_soil.calibration.space import space_of
+from virtual_soil.calibration.trade_off import trade_off
+from virtual_soil.calibration.verify import UNASKED, verdict
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas
-from virtual_soil.report.quantities import VARIABLES, axis_label, combination, header
-from virtual_soil.report.study import Study, has_friction_grid
+from virtual_soil.report.quantities import VARIABLES, axis_label, combination, header, shown_in
+from virtual_soil.report.study import Study, offers
 from virtual_soil.report.text import number, spoken, with_error
 
 NAME, TITLE, HEADING = "uncertainty", "5. Uncertainty", "5. How sure is it"
 LINKS = {"uncertainty": "5. How sure"}
 FIGURES = {
-    "iso": Entry("Curves of equal response", view="iso", hint="Choose the case and go through the radii.", friction_grid=True),
+    "iso": Entry("Curves of equal response", view="iso", hint="Choose the case and go through the radii.", needs="plane"),
+    "trade_off": Entry("Trade-off of the responses"),
     "coverage": Entry("Coverage of the stated regions"),
 }
 TABLES = {
@@ -40,8 +44,8 @@ N_POINTS = 90
 
 def figures(study: Study) -> dict[str, Item]:
     """Curves of equal response, and the coverage."""
-    iso = {"iso": iso_figure(study)} if has_friction_grid(study.config) else {}
-    return iso | {"coverage": coverage_figure(study.tables["coverage"])}
+    iso = {"iso": iso_figure(study)} if "plane" in offers(study.config) else {}
+    return iso | {"trade_off": trade_off_figure(study), "coverage": coverage_figure(study.tables["coverage"])}
 
 
 def tables(study: Study) -> dict[str, pd.DataFrame]:
@@ -105,6 +109,52 @@ def draw_iso_response(axes, name: str, surrogate, optimum: Mapping, colour: str)
         axes.contourf(s, r, field, levels=[target - band, target + band], colors=colour, alpha=0.15)
 
 
+def trade_off_figure(study: Study) -> Item:
+    """What meeting one target costs of another: predictions over the design, and those that none beats in all targets."""
+    verification, space, parts = study.tables["verification"], space_of(study.config["design"]), []
+    for case in dict.fromkeys(verification["case"]):
+        lines = verification[(verification["case"] == case) & (verification["match"] != UNASKED)].set_index("response")
+        targets = {name: (line["target"], line["target_se"]) for name, line in lines.iterrows()}
+        table = trade_off(study.models["chosen"], space, targets)
+        parts.append((case, lines, table))
+    data = pd.concat([table.assign(case=case) for case, _, table in parts], ignore_index=True)
+    alt = "Predicted responses over each other, with the targets and the virtual soils that no other one beats in all of them"
+    return Item(trade_offs(parts), data, alt)
+
+
+def trade_offs(parts: list[tuple[str, pd.DataFrame, pd.DataFrame]]) -> Figure:
+    """For every case (its name, lines of the verification by response, `trade_off`) a row of panels: each pair of responses."""
+    pairs = [list(itertools.combinations(lines.index, 2)) or [(lines.index[0],) * 2] for _, lines, _ in parts]
+    columns = max(map(len, pairs))
+    figure = Figure(figsize=(max(3.7 * columns, 6.0), 3.2 * len(parts)), layout="constrained")
+    panels = figure.subplots(len(parts), columns, squeeze=False)
+    for row, (case, lines, table), own in zip(panels, parts, pairs, strict=True):
+        for axes, pair in itertools.zip_longest(row, own):
+            if pair is None:
+                axes.set_axis_off()
+                continue
+            draw_trade_off(axes, lines, table, pair)
+            axes.set_title(spoken(case), fontsize="medium")
+    panels[0, 0].legend(fontsize="x-small")
+    return figure
+
+
+def draw_trade_off(axes, lines: pd.DataFrame, table: pd.DataFrame, pair: tuple[str, str]) -> None:
+    """Predictions of two responses over each other, the front, the targets (bars: two standard deviations) and the optimum."""
+    first, second = pair
+    axes.plot(table[first], table[second], ".", color="0.8", markersize=2, label="predicted over the design")
+    front = table[table["on_front"]]
+    axes.plot(front[first], front[second], ".", color=COLOURS[0], markersize=4, label="none is better in all targets")
+    x, y = lines.loc[first], lines.loc[second]
+    bars = {"xerr": 2.0 * x["target_se"], "yerr": 2.0 * y["target_se"], "fmt": "x", "color": COLOURS[1]}
+    axes.errorbar(x["target"], y["target"], **bars, capsize=2, label="target")
+    axes.errorbar(
+        x["simulated"], y["simulated"], xerr=2.0 * x["simulated_se"], yerr=2.0 * y["simulated_se"],
+        fmt="*", color="black", capsize=2, markersize=9, label="optimum, simulated",
+    )  # fmt: skip
+    axes.set(xlabel=axis_label(first), ylabel=axis_label(second))
+
+
 def identifiability_table(table: pd.DataFrame) -> pd.DataFrame:
     """Combinations of the variables, and whether the tests determine them."""
     return pd.DataFrame(
@@ -125,7 +175,10 @@ def equivalents_table(equivalents: pd.DataFrame, responses: Responses) -> pd.Dat
         {
             "case": equivalents["case"].map(spoken),
             "set": equivalents["rank"],
-            **{header(v): [number(value, v.digits, v.scale) for value in equivalents[name]] for name, v in VARIABLES.items()},
+            **{
+                header(v): [number(value, v.digits, v.scale) for value in equivalents[name]]
+                for name, v in shown_in(equivalents).items()
+            },
             **{header(response): [number(value) for value in equivalents[response.column]] for response in responses.values()},
         }
     )
@@ -133,13 +186,14 @@ def equivalents_table(equivalents: pd.DataFrame, responses: Responses) -> pd.Dat
 
 def simulated_table(simulated: pd.DataFrame | None, responses: Responses) -> pd.DataFrame:
     """Equivalent sets beside their simulations; without rows if none was simulated."""
-    columns = ["case", "set", *map(header, VARIABLES.values()), *(header(response) for response in responses.values()), "targets"]
+    shown = VARIABLES if simulated is None else shown_in(simulated)
+    columns = ["case", "set", *map(header, shown.values()), *(header(response) for response in responses.values()), "targets"]
     if simulated is None:
         return pd.DataFrame(columns=columns)
     rows = []
     for (case, rank), lines in simulated.groupby(["case", "rank"], sort=False):
         first, by_name = lines.iloc[0], lines.set_index("response")
-        where = [number(first[name], variable.digits, variable.scale) for name, variable in VARIABLES.items()]
+        where = [number(first[name], variable.digits, variable.scale) for name, variable in shown.items()]
         found = [with_error(by_name.loc[name, "simulated"], by_name.loc[name, "simulated_se"]) for name in responses]
         rows.append((spoken(str(case)), rank, *where, *found, spoken(verdict(lines, "match"))))
     return pd.DataFrame(rows, columns=columns)

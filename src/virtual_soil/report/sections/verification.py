@@ -3,25 +3,33 @@
 import numpy as np
 import pandas as pd
 
-from virtual_soil.calibration.models import space_of
 from virtual_soil.calibration.noise import error_of_mean, scatter_at
+from virtual_soil.calibration.space import space_of
 from virtual_soil.calibration.verify import UNASKED
+from virtual_soil.report.curves import curves_at, draw_beside, sheared_test
 from virtual_soil.report.items import Entry, Item
-from virtual_soil.report.quantities import VARIABLES, header, variables_in_words
+from virtual_soil.report.quantities import header, shown_in, variables_in_words
 from virtual_soil.report.study import Study, known_points
 from virtual_soil.report.text import number, spoken, with_error
 
 NAME, TITLE, HEADING = "verification", "6. Simulating the answer", "6. Simulating the answer"
 LINKS = {"verification": "6. Simulating the answer"}
-FIGURES: dict[str, Entry] = {}
+FIGURES = {"curves": Entry("Shear curves: laboratory, and simulated at the optimum", needs="curves")}
 TABLES = {"verification": "Optima simulated", "best": "Best simulated points"}
 #: Simulated points listed for every case.
 N_BEST = 5
 
 
-def figures(_study: Study) -> dict[str, Item]:
-    """No figures."""
-    return {}
+def figures(study: Study) -> dict[str, Item]:
+    """Shear curves beside the laboratory's, for the first case whose soil has some."""
+    experiment, ours = sheared_test(study.config), study.tables["calibration"].query("surrogate == 'ours'")
+    with_curves = ours[ours["soil"].isin(list(study.laboratory))]
+    if with_curves.empty or experiment is None:
+        return {}
+    optimum = with_curves.iloc[0]
+    tests, simulated = study.laboratory[optimum["soil"]], curves_at(study, optimum)
+    alt = f"Shear stress over normal stress: tests of the laboratory beside those simulated at the optimum of {optimum['case']}"
+    return {"curves": Item(draw_beside(tests, simulated, experiment), simulated, alt)}
 
 
 def tables(study: Study) -> dict[str, pd.DataFrame]:
@@ -74,10 +82,10 @@ def best_table(study: Study) -> pd.DataFrame:
         distance = np.sqrt(sum(squares) / max(len(squares), 1)) if squares else pd.Series(np.nan, index=points.index)
         for place in distance.dropna().nsmallest(N_BEST).index:
             point = points.loc[place]
-            where = [number(point[name], variable.digits + 1, variable.scale) for name, variable in VARIABLES.items()]
+            where = [number(point[name], variable.digits + 1, variable.scale) for name, variable in study.variables.items()]
             found = [with_error(point[name], point[f"{name}_se"]) for name in study.responses]
             rows.append((spoken(case["case"]), number(distance[place]), *where, *found))
-    columns = [*map(header, VARIABLES.values()), *(header(response) for response in study.responses.values())]
+    columns = [*map(header, study.variables.values()), *(header(response) for response in study.responses.values())]
     return pd.DataFrame(rows, columns=["case", "distance", *columns])
 
 
@@ -93,7 +101,7 @@ def simulated_points(study: Study) -> pd.DataFrame:
         }
         errors = pd.Series({point: error_of_mean(response, rows, scatter[point], len(rows)) for point, rows in groups})
         parts.append(pd.DataFrame({name: groups[response.column].mean(), f"{name}_se": errors}))
-        places.append(groups[list(VARIABLES)].first())
+        places.append(groups[list(study.variables)].first())
     where = pd.concat(places)
     return pd.concat([where[~where.index.duplicated()], *parts], axis=1)
 
@@ -105,6 +113,6 @@ def gap_table(rounds: list[pd.DataFrame], verification: pd.DataFrame) -> pd.Data
         for _, row in comparison.iterrows():
             gap = with_error(row["gap"], row["gap_se"])
             rows.append((row["case"], spoken(row["response"]), k, variables_in_words(row), number(row["predicted_se"]), gap))
-    optimum = f"optimum ({', '.join(variable.symbol for variable in VARIABLES.values())})"
+    optimum = f"optimum ({', '.join(variable.symbol for variable in shown_in(verification).values())})"
     columns = ["case", "property", "round", optimum, "predicted error", "simulated − predicted"]
     return pd.DataFrame(rows, columns=columns).sort_values(["case", "property", "round"], ignore_index=True)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from dem.experiments import plane_shear, specimen
 from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.response import Response
+from virtual_soil.campaign.experiments import apparatus
 from virtual_soil.campaign.experiments.common import (
     CONSOLIDATION_STEPS,
     CONSOLIDATION_TIMES,
@@ -17,6 +18,7 @@ from virtual_soil.campaign.experiments.common import (
     USUAL_ANGLES_DEG,
     USUAL_COHESIONS_PA,
     USUAL_STRESSES_PA,
+    bulk_density,
     check_stiffness,
     engine_of,
     normal_stresses_pa,
@@ -25,6 +27,7 @@ from virtual_soil.campaign.experiments.common import (
     stress_ratios,
     time_step_s,
 )
+from virtual_soil.campaign.experiments.grading import grading_of
 from virtual_soil.campaign.settings import setting
 
 NAME = "plane_shear"
@@ -66,7 +69,7 @@ def responses(state: str) -> tuple[Response, Response]:
     )
 
 
-RESPONSES = (*responses("steady"), *responses("peak"))
+RESPONSES = (*responses("steady"), *responses("peak"), bulk_density("sheared_bulk_density", "ρb sheared", "plane_shear"))
 #: Column of the load of a simulation.
 LOAD = "normal_stress_pa"
 #: Quantity for the comparison of the accelerated test with the reference.
@@ -81,6 +84,12 @@ MEASURED_BY: tuple[str, ...] = ()
 REDUCED_BY: tuple[str, ...] = ()
 #: Entry of a soil file that `laboratory` reads: none yet.
 LABORATORY = None
+
+#: Settings of walls that may be design variables -> key of material that null stands for.
+PROPERTIES: dict[str, str] = {}
+
+#: Response of the bulk density -> measured solid fraction that it is the grains' density times, in simulations that count.
+DENSITIES = {"sheared_bulk_density_kg_m3": "steady_solid_fraction"}
 
 #: Default seeds of each stage.
 SEEDS = {"design": [1], "check": [1], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
@@ -144,12 +153,13 @@ REFERENCE = {
 
 def loads(config: dict, material: dict) -> list[float]:
     """Normal stresses in Pa of a point."""
-    return normal_stresses_pa(config[NAME], material, config["engine"]["gravity_m_s2"])
+    stated = apparatus.stresses_pa(config)
+    return normal_stresses_pa(config[NAME], material, config["engine"]["gravity_m_s2"]) if stated is None else stated
 
 
 def check_loads(config: dict) -> list[float]:
     """Normal stresses in Pa of the check points."""
-    return config["fidelity"]["check"]["normal_stresses_pa"]
+    return apparatus.check_stresses_pa(config)
 
 
 def floors(config: dict) -> dict[str, float]:
@@ -184,19 +194,20 @@ def setup(config: dict, row: dict) -> dict:
     }
     least, largest = protocol["shear_strain"], protocol["max_shear_strain"]
     demand(least <= largest, f"{NAME}.max_shear_strain", largest, f"at least {NAME}.shear_strain, {least:g}")
-    number, soil = fidelity["plane_shear_stiffness_number"], soil_of(row)
+    number, soil = fidelity["plane_shear_stiffness_number"], soil_of(row, config)
     check_stiffness(soil, row[LOAD], number, f"fidelity.{row['fidelity']}.plane_shear_stiffness_number")
     engine = {
         **config["engine"],
         "time_step_rayleigh_ratio": fidelity["plane_shear_time_step_rayleigh_ratio"],
         "stiffness_reduction": specimen.stiffness_reduction(soil, plane_shear.Setup(**protocol), number, 0.0),
     }
-    return {"setup": protocol, "engine": engine}
+    return {"setup": protocol, "engine": engine, **grading_of(config)}
 
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:
     """Return the number of grains and the expected steps: consolidation, then the shear strain at which most tests are steady."""
-    soil, step = soil_of(row), time_step_s(soil_of(row), engine_of(settings))
+    soil = soil_of(row, settings)
+    step = time_step_s(soil, engine_of(settings))
     test = plane_shear.Setup(**settings["setup"])
     consolidation = max(CONSOLIDATION_STEPS, CONSOLIDATION_TIMES * specimen.inertial_time(soil, test) / step)
     return specimen.n_grains(soil, test), consolidation + test.shear_strain / plane_shear.shear_rate(soil, test) / step

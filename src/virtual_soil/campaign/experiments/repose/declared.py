@@ -9,9 +9,11 @@ from dataclasses import dataclass
 from dem.experiments import angle_of_repose
 from dem.experiments.soil import Soil
 from virtual_soil.calibration.response import Response
+from virtual_soil.campaign.experiments import apparatus
 from virtual_soil.campaign.experiments.common import (
     SOLID_FRACTION,
     USUAL_ANGLES_DEG,
+    bulk_density,
     check_stiffness,
     engine_of,
     filled_height_m,
@@ -21,6 +23,7 @@ from virtual_soil.campaign.experiments.common import (
     soil_of,
     time_step_s,
 )
+from virtual_soil.campaign.experiments.grading import grading_of
 from virtual_soil.campaign.settings import choice, defaults, setting
 
 NAME = "repose"
@@ -43,6 +46,7 @@ RESPONSES = (
         decisive_error=0.3,
         sweep_form="log",
     ),
+    bulk_density("bulk_density", "ρb", "repose"),
 )
 #: Column of the load of a simulation; None if a point has one simulation per seed.
 LOAD = None
@@ -58,6 +62,12 @@ MEASURED_BY = ("estimator",)
 REDUCED_BY: tuple[str, ...] = ()
 #: Entry of a soil file that `laboratory` reads.
 LABORATORY = "repose_csv"
+
+#: Settings of walls that may be design variables -> key of material that null stands for.
+PROPERTIES = {"wall_static_friction": "static_friction", "wall_rolling_friction": "rolling_friction"}
+
+#: Response of the bulk density -> measured solid fraction that it is the grains' density times, in simulations that count.
+DENSITIES = {"bulk_density_kg_m3": "poured_solid_fraction"}
 
 #: Default seeds of each stage.
 SEEDS = {"design": [1, 2], "check": [1], "refine": [1, 2], "verify": [101, 102, 103, 104, 105, 106, 107, 108, 109, 110]}
@@ -150,16 +160,27 @@ def as_printed(config: dict) -> bool:
     """True if the protocol is the paper's, which the defaults are; plate and estimator do not matter."""
     same = ("n_particles", "tube_diameter_ratio", "wall_static_friction", "wall_rolling_friction")
     papers, speed = defaults(Settings), defaults(Fidelity)["lift_speed_m_s"]
-    return all(config[NAME][key] == papers[key] for key in same) and config["fidelity"]["campaign"]["lift_speed_m_s"] == speed
+    own = apparatus.is_stated(config["repose_test"])
+    return not own and all(config[NAME][key] == papers[key] for key in same) and lift_speed_m_s(config, "campaign") == speed
+
+
+def lift_speed_m_s(config: dict, fidelity: str) -> float:
+    """Speed at which the tube is lifted: the laboratory's, else that of the fidelity."""
+    stated = config["repose_test"]["lift_speed_m_s"]
+    return config["fidelity"][fidelity]["lift_speed_m_s"] if stated is None else stated
+
+
+def gravity_m_s2(config: dict) -> float:
+    """Gravity of the heaps."""
+    return apparatus.gravity_of(config["repose_test"]["gravity_m_s2"], config["engine"])
 
 
 def wall_frictions(material: dict, config: dict) -> tuple[float, float]:
-    """Static and rolling friction of the walls that the grains touch."""
-    section = config[NAME]
-    return (
-        material["static_friction"] if section["wall_static_friction"] is None else section["wall_static_friction"],
-        material["rolling_friction"] if section["wall_rolling_friction"] is None else section["wall_rolling_friction"],
-    )
+    """Static and rolling friction of the walls that the grains touch: design variables, settings, or those between grains."""
+    stated = config[NAME] | apparatus.frictions(config)
+    settings = {name: material.get(name, stated[name]) for name in PROPERTIES}
+    static, rolling = (material[PROPERTIES[name]] if value is None else value for name, value in settings.items())
+    return max(static, stated.get("tube_static_friction", 0.0)), rolling
 
 
 def canonical(material: dict, config: dict) -> dict:
@@ -172,24 +193,26 @@ def setup(config: dict, row: dict) -> dict:
 
     Time limit and softening follow from the filled column, so they are right for grains and tubes of any size.
     """
-    fidelity, soil = config["fidelity"][row["fidelity"]], soil_of(row)
+    fidelity, soil = config["fidelity"][row["fidelity"]], soil_of(row, config)
     protocol = {key: value for key, value in config[NAME].items() if key not in MEASURED_BY}
-    scale, gravity = scale_m(config, row), config["engine"]["gravity_m_s2"]
-    column = filled_height_m(soil, protocol["n_particles"], tube_area_m2(protocol["tube_diameter_ratio"], scale))
-    limit, cap = time_limit_s(column, fidelity["lift_speed_m_s"], gravity), protocol["max_time_s"]
-    protocol |= {
-        "scale_radius_m": scale,
-        "lift_speed_m_s": fidelity["lift_speed_m_s"],
-        "max_time_s": limit if cap is None else min(limit, cap * scale / config["material"]["radius_m"]),
-    }
+    own = apparatus.tube(config, row)
+    scale, gravity, speed = scale_m(config, row), gravity_m_s2(config), lift_speed_m_s(config, row["fidelity"])
+    protocol |= {"scale_radius_m": scale} | own | {name: row[name] for name in PROPERTIES if name in row}
+    column = filled_height_m(
+        soil, protocol["n_particles"], tube_area_m2(protocol["tube_diameter_ratio"], protocol["scale_radius_m"])
+    )
+    limit, cap = time_limit_s(column, speed, gravity), protocol["max_time_s"]
+    grown = 1.0 if "scale_radius_m" in own else scale / config["material"]["radius_m"]
+    protocol |= {"lift_speed_m_s": speed, "max_time_s": limit if cap is None else min(limit, cap * grown)}
     stress, number = SOLID_FRACTION * soil.density_kg_m3 * gravity * column, fidelity["repose_stiffness_number"]
     check_stiffness(soil, stress, number, f"fidelity.{row['fidelity']}.repose_stiffness_number")
     engine = {
         **config["engine"],
+        "gravity_m_s2": gravity,
         "time_step_rayleigh_ratio": fidelity["repose_time_step_rayleigh_ratio"],
         "stiffness_reduction": softening(soil, stress, number),
     }
-    return {"setup": protocol, "engine": engine}
+    return {"setup": protocol, "engine": engine, **grading_of(config)}
 
 
 def flat_bound_deg(n_particles: int) -> float:
@@ -218,7 +241,7 @@ def softening(soil: Soil, stress_pa: float, number: float | None) -> float:
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:
     """Return the number of grains and the expected steps: fall of the column, then lift of the tube over the filled height."""
-    soil, engine = soil_of(row), engine_of(settings)
+    soil, engine = soil_of(row, settings), engine_of(settings)
     test = angle_of_repose.Setup(**settings["setup"])
     area = tube_area_m2(test.tube_diameter_ratio, test.scale_radius_m)
     fall_s = math.sqrt(2.0 * loose_column_m(soil, test.n_particles, area) / engine.gravity_m_s2)

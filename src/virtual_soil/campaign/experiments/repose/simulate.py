@@ -3,6 +3,7 @@
 import math
 
 from dem.experiments import angle_of_repose
+from dem.measure.packing import core_solid_fraction
 from virtual_soil.campaign.progress import Stage
 
 MEASURED = ("simulated_time_s", "max_overlap_ratio", "energy_dissipated_j", "energy_residual_ratio")
@@ -30,7 +31,15 @@ def run(soil, setup: dict, engine, seed: int, **callbacks):
 def row_of(heap, settings: dict) -> dict:
     """Return the row of the run table for a heap, or for a failed test (None)."""
     if heap is None:
-        found = {"status": "failed", "n_steps": 0, "n_lost": 0, **dict.fromkeys(MEASURED, math.nan)}
+        found = {
+            "status": "failed",
+            "n_steps": 0,
+            "n_lost": 0,
+            "poured_solid_fraction": math.nan,
+            **dict.fromkeys(MEASURED, math.nan),
+        }
     else:
         found = {key: getattr(heap, key) for key in ("status", "n_steps", "n_lost", *MEASURED)}
+        tube_m = settings["setup"]["tube_diameter_ratio"] * settings["setup"]["scale_radius_m"]
+        found["poured_solid_fraction"] = core_solid_fraction(heap.filled.positions_m, heap.filled.radii_m, tube_m)
     return {"n_particles": settings["setup"]["n_particles"], **found}

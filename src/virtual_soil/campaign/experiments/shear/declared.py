@@ -10,6 +10,7 @@ from dem.experiments import direct_shear, specimen
 from dem.experiments.soil import Soil
 from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.response import Response
+from virtual_soil.campaign.experiments import apparatus
 from virtual_soil.campaign.experiments.common import (
     CONSOLIDATION_STEPS,
     CONSOLIDATION_TIMES,
@@ -27,6 +28,7 @@ from virtual_soil.campaign.experiments.common import (
     stress_ratios,
     time_step_s,
 )
+from virtual_soil.campaign.experiments.grading import grading_of
 from virtual_soil.campaign.settings import choice, defaults, setting
 
 NAME = "shear"
@@ -76,6 +78,12 @@ MEASURED_BY: tuple[str, ...] = ()
 REDUCED_BY = ("strength", "normal_stress")
 #: Entry of a soil file that `laboratory` reads.
 LABORATORY = "direct_shear_csv"
+
+#: Settings of walls that may be design variables -> key of material that null stands for.
+PROPERTIES: dict[str, str] = {"frame_static_friction": "static_friction"}
+
+#: Response of the bulk density -> measured solid fraction that it is the grains' density times, in simulations that count.
+DENSITIES: dict[str, str] = {}
 
 #: Default seeds of each stage.
 SEEDS = {"design": [1, 2], "check": [1, 2], "refine": [1, 2], "verify": [101, 102, 103, 104, 105]}
@@ -176,6 +184,9 @@ REFERENCE = {"shear_stiffness_number": None, "shear_time_step_rayleigh_ratio": 0
 
 def loads(config: dict, material: dict) -> list[float]:
     """Normal stresses in Pa of a point; a box that grows with the grains is loaded in proportion."""
+    stated = apparatus.stresses_pa(config)
+    if stated is not None:
+        return stated
     grows = config["design"]["geometry"] == "scaled" and config[NAME]["stresses"] == "scaled"
     factor = material["radius_m"] / config["material"]["radius_m"] if grows else 1.0
     return normal_stresses_pa(config[NAME], material, config["engine"]["gravity_m_s2"], factor)
@@ -183,7 +194,7 @@ def loads(config: dict, material: dict) -> list[float]:
 
 def check_loads(config: dict) -> list[float]:
     """Normal stresses in Pa of the check points."""
-    return config["fidelity"]["check"]["normal_stresses_pa"]
+    return apparatus.check_stresses_pa(config)
 
 
 def floors(config: dict) -> dict[str, float]:
@@ -199,12 +210,12 @@ def strength(config: dict, response: str) -> str:
 def as_printed(config: dict) -> bool:
     """True if the protocol is the paper's slice, which the defaults are; stresses and evaluation do not matter."""
     same = ("length_ratio", "height_ratio", "width_ratio", "displacement_ratio", "frame_static_friction")
-    return all(config[NAME][key] == defaults(Settings)[key] for key in same)
+    return not apparatus.is_stated(config["shear_test"]) and all(config[NAME][key] == defaults(Settings)[key] for key in same)
 
 
 def wall_frictions(material: dict, config: dict) -> tuple[float, float]:
     """Static and rolling friction of the walls that the grains touch."""
-    return config[NAME]["frame_static_friction"], 0.0
+    return material.get("frame_static_friction", config[NAME]["frame_static_friction"]), 0.0
 
 
 def canonical(material: dict, config: dict) -> dict:
@@ -215,21 +226,23 @@ def canonical(material: dict, config: dict) -> dict:
 def setup(config: dict, row: dict) -> dict:
     """Return keyword arguments of the test's Setup and of the engine for one row of the design."""
     fidelity, not_simulated = config["fidelity"][row["fidelity"]], {*STRESSES, "stresses", *REDUCED_BY}
-    protocol = {key: value for key, value in config[NAME].items() if key not in not_simulated}
+    protocol = {key: row.get(key, value) for key, value in config[NAME].items() if key not in not_simulated}
     protocol |= {
         "scale_radius_m": scale_m(config, row),
         "inertial_number": fidelity["shear_inertial_number"],
         "normal_stress_pa": row[LOAD],
+        **apparatus.box(config, row),
     }
     engine = {**config["engine"], "time_step_rayleigh_ratio": fidelity["shear_time_step_rayleigh_ratio"]}
     number, gravity = fidelity["shear_stiffness_number"], engine["gravity_m_s2"]
-    test, soil = direct_shear.Setup(**protocol), soil_of(row)
+    test, soil = direct_shear.Setup(**protocol), soil_of(row, config)
     check_lid(soil, test, gravity)
     stress = specimen.plane_stress_pa(soil, test, gravity)
     check_stiffness(soil, stress, number, f"fidelity.{row['fidelity']}.shear_stiffness_number")
     return {
         "setup": protocol,
         "engine": engine | {"stiffness_reduction": specimen.stiffness_reduction(soil, test, number, gravity)},
+        **grading_of(config),
     }
 
 
@@ -246,7 +259,8 @@ def check_lid(soil: Soil, test: direct_shear.Setup, gravity_m_s2: float) -> None
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:
     """Return the number of grains and the expected steps: consolidation, then displacement of the lower frame."""
-    soil, step = soil_of(row), time_step_s(soil_of(row), engine_of(settings))
+    soil = soil_of(row, settings)
+    step = time_step_s(soil, engine_of(settings))
     test = direct_shear.Setup(**settings["setup"])
     n = specimen.n_grains(soil, test)
     consolidation = max(CONSOLIDATION_STEPS, CONSOLIDATION_TIMES * specimen.inertial_time(soil, test) / step)

@@ -16,6 +16,7 @@ from virtual_soil.campaign.experiments.shear.definitions import PLATEAU_WINDOW
 from virtual_soil.campaign.laboratory.ags import is_ags
 from virtual_soil.campaign.laboratory.entry import READING, is_number, laboratory_paths, left_out, readings
 from virtual_soil.campaign.laboratory.table import NoHeader, Readings
+from virtual_soil.campaign.yamls import hint
 
 #: Allowed keys of the entry in a soil file.
 KEYS = READING | {"shear_area_m2", "strength", "sample"}
@@ -110,7 +111,7 @@ def area_of(soil: Path, entry) -> float | None:
     area = entry.get("shear_area_m2")
     if area is None:
         return None
-    demand(is_number(area) and area > 0, f"{soil}: {ENTRY}.shear_area_m2", area, "a positive number")
+    demand(is_number(area) and area > 0, f"{soil}: {ENTRY}.shear_area_m2", area, f"a positive number{hint(area)}")
     low, high = USUAL_AREAS_M2
     demand(
         entry.get("insist") is True or low <= area <= high,
