@@ -63,7 +63,7 @@ reference: setup  ## run the default study with heaps at the paper's fidelity; c
 twin: setup  ## simulate 20 virtual soils with known grain parameters: do the stated regions hold them?
 	$(BIN)/snakemake -c$(CORES) all --configfile config/twin.yaml
 
-read-lab: setup  ## show what is understood of a laboratory file: FILE=<soil file, or shear tests with AREA=<m2>>
+read-lab: setup  ## show what is understood of a laboratory file: FILE=<soil file, AGS4, or shear tests with AREA=<m2>>
 	@$(BIN)/python -m virtual_soil.report.read_lab $(FILE) $(if $(AREA),--area $(AREA))
 
 first-answer: setup  ## calibrate a soil on docs/reference in seconds, without simulations: SOIL=<name or file>

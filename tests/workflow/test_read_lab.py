@@ -35,6 +35,19 @@ def test_what_does_not_count_is_grey_and_what_counts_coloured(tmp_path):
     assert [len(line.get_xdata()) for line in curves[1::2]] == [3, 3, 3]
 
 
+def test_an_ags_file_is_printed_and_its_strength_line_drawn(tmp_path):
+    rows = [("GROUP", "SHBT"), ("HEADING", "LOCA_ID", "SHBT_TESN", "SHBT_NORM", "SHBT_PEAK"), ("UNIT", "", "", "kPa", "kPa")]
+    rows += [("TYPE", "ID", "X", "0DP", "0DP"), *(("DATA", "BH1", f"s{k}", f"{50 * k}", f"{10 + 30 * k}") for k in (1, 2, 4))]
+    (tmp_path / "site.ags").write_text("\n".join(",".join(f'"{cell}"' for cell in row) for row in rows))
+    text = "\n".join(read_lab(tmp_path / "site.ags", None, tmp_path / "drawn"))
+    assert "peak: c = 1e+04 +- " in text
+    assert "phi = 30.96 +- " in text
+    assert [line.split()[0] for line in text.splitlines() if line.startswith("s")] == ["s1", "s2", "s4"]
+    picture = (tmp_path / "drawn" / "site.svg").read_text()
+    assert "strength (kPa)" in picture
+    assert "displacement (mm)" not in picture
+
+
 def test_values_alone_have_nothing_to_draw(tmp_path):
     path = tmp_path / "sand.yaml"
     path.write_text("angle_of_repose_deg: {value: 30.0, source: book}\n")

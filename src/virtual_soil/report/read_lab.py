@@ -1,6 +1,6 @@
 """What is understood of a laboratory's files: `make read-lab FILE=...` prints it and draws it, before any study exists.
 
-FILE is a soil file, or a file of shear tests alone; the area of its box is then AREA, in m2.
+FILE is a soil file, or a file of shear tests alone, a table or AGS4; the area of a table's box is then AREA, in m2.
 """
 
 import argparse
@@ -46,11 +46,10 @@ def read_lab(path: Path, area_m2: float | None, folder: Path = FOLDER) -> list[s
     if entry is not None:
         tests = understood(path, entry)
         lines += ["", *described(tests)]
-        if tests.curves:
-            folder.mkdir(parents=True, exist_ok=True)
-            picture = folder / f"{path.stem}.svg"
-            picture.write_text(svg(draw_tests({path.stem: tests})), encoding="utf-8")
-            lines += ["", f"Drawn: {picture}"]
+        folder.mkdir(parents=True, exist_ok=True)
+        picture = folder / f"{path.stem}.svg"
+        picture.write_text(svg(draw_tests({path.stem: tests})), encoding="utf-8")
+        lines += ["", f"Drawn: {picture}"]
     return lines
 
 

@@ -1,6 +1,7 @@
 """What laboratory tables hold: quantities with their names in headers, units with their factors to SI, words of statistics."""
 
 import re
+import unicodedata
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,10 +13,17 @@ UNITS = {
         "pa": 1.0, "hpa": 1e2, "kpa": 1e3, "mpa": 1e6, "n/m2": 1.0, "kn/m2": 1e3, "n/cm2": 1e4, "n/mm2": 1e6,
         "mbar": 1e2, "bar": 1e5, "kgf/cm2": 1e4 * KGF, "kg/cm2": 1e4 * KGF, "t/m2": 1e3 * KGF,
         "psi": 6894.757, "lb/in2": 6894.757, "psf": 47.88026, "lb/ft2": 47.88026, "ksf": 47880.26, "tsf": 95760.52,
+        "lbf/in2": 6894.757, "lbf/ft2": 47.88026, "lbs/in2": 6894.757, "lbs/ft2": 47.88026, "ksi": 6894757.0,
+        "kip/ft2": 47880.26, "kips/ft2": 47880.26, "ton/ft2": 95760.52, "tons/ft2": 95760.52,
     },
-    "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254, "in": 0.0254, "ft": 0.3048},
+    "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254, "inches": 0.0254, "in": 0.0254, "ft": 0.3048},
     "force": {"n": 1.0, "kn": 1e3, "kgf": KGF, "kg": KGF, "lbf": LBF, "lb": LBF, "lbs": LBF, "kip": 1e3 * LBF, "kips": 1e3 * LBF},
     "angle": {"deg": 1.0, "degree": 1.0, "degrees": 1.0, "°": 1.0, "rad": 180.0 / np.pi},
+}  # fmt: skip
+#: Cyrillic spellings of units.
+CYRILLIC = {
+    "па": "pa", "кпа": "kpa", "мпа": "mpa", "н/мм2": "n/mm2", "кн/м2": "kn/m2", "кгс/см2": "kgf/cm2", "м": "m", "см": "cm",
+    "мм": "mm", "мкм": "um", "н": "n", "кн": "kn", "кгс": "kgf", "град": "deg",
 }  # fmt: skip
 
 
@@ -47,10 +55,14 @@ QUANTITIES = {
         "displacement_m", "length",
         frozenset({
             "displacement", "shear displacement", "horizontal displacement", "horiz displacement", "horizontal movement",
-            "horizontal deformation", "shear deformation",
+            "horizontal deformation", "shear deformation", "lateral displacement", "lateral deformation", "disp", "horizontal disp",
+            "horiz disp", "shear disp", "displ", "horizontal displ", "horiz displ", "shear displ",
         }),
     ),
-    "force": Quantity("force_n", "force", frozenset({"force", "shear force", "horizontal force", "horiz force", "shear load"})),
+    "force": Quantity(
+        "force_n", "force",
+        frozenset({"force", "shear force", "horizontal force", "horiz force", "shear load", "horizontal load", "horiz load"}),
+    ),
     "shear_stress": Quantity("shear_stress_pa", "stress", frozenset({"shear stress", "tau", "τ", "horizontal stress"})),
     "peak_strength": Quantity(
         "peak_strength_pa", "stress",
@@ -71,11 +83,13 @@ QUANTITIES = {
     "angle_of_repose": Quantity("angle_of_repose_deg", "angle", frozenset({"angle of repose", "repose angle", "angle"})),
 }  # fmt: skip
 
-#: First words of rows that summarise others.
+#: First words of rows that summarise others, and words that say it at the end: "Arithmetic mean".
 STATISTICS = frozenset(
-    "mean average avg median std sd stdev stddev sdev deviation cov cv variance min minimum max maximum range sum total count "
-    "sem se mittelwert standardabweichung moyenne media promedio".split()
+    "mean average avg ave median std sd stdev stddev sdev deviation cov cv rsd variance min minimum max maximum range sum total "
+    "count sem se mittelwert mittel standardabweichung stabw moyenne moy ecart écart media promedio desviacion desviación "
+    "deviazione среднее ско 平均 平均値 標準偏差".split()
 )
+LAST_WORDS = frozenset("mean average avg median deviation variance mittelwert".split())
 #: Spellings of a missing measurement, in lower case.
 MISSING = frozenset({"", "nan", "na", "n/a", "-", "--", "null", "none"})
 
@@ -87,14 +101,24 @@ def normal(name: str) -> str:
 
 def unit_key(unit: str) -> str:
     """Convert a unit to the spelling of `UNITS`. "mPa" is kept as millipascal: it may be a typing error for MPa."""
-    text = unit.strip().replace("²", "2").replace("^", "").replace("µ", "u").replace("μ", "u").replace(" ", "").rstrip(".")
-    return "millipascal" if text == "mPa" else text.lower()
+    text = plain(unit).replace("^", "").replace("μ", "u").replace(" ", "").rstrip(".")
+    if text in ("mPa", "мПа"):
+        return "millipascal"
+    key = re.sub(r"/sq\.?([a-z]+)", r"/\g<1>2", text.lower())
+    return CYRILLIC.get(key, key)
+
+
+def plain(text: str) -> str:
+    """Text with letters, brackets and powers as a European keyboard writes them: full-width forms, "㎪" and "²" are replaced."""
+    return unicodedata.normalize("NFKC", text).strip()
 
 
 def is_statistic(cell: str) -> bool:
-    """True if a cell says that its row summarises others: "Mean", "Std. dev.", "average of 3"."""
-    words = normal(cell).split()
-    return bool(words) and (words[0] in STATISTICS or words[:2] == ["standard", "deviation"] or words[:2] == ["standard", "error"])
+    """True if a cell says that its row summarises others: "Mean", "S.D.", "Std. dev. (%)", "average of 3", "arithmetic mean"."""
+    words = normal(plain(cell)).split()
+    whole = "".join(words)  # of "S.D." and "St. dev."
+    first = words[:1] and (words[0] in STATISTICS or words[:2] in (["standard", "deviation"], ["standard", "error"]))
+    return bool(first) or whole in STATISTICS or bool(words and words[-1] in LAST_WORDS)
 
 
 def label_key(label: str) -> str:

@@ -11,22 +11,22 @@ loads hold on from the row above, as merged cells do. Thousands separators and a
 """
 
 import re
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 import pandas as pd
 
 from virtual_soil.calibration.errors import CalibrationError, demand
-from virtual_soil.campaign.laboratory.quantities import MISSING, QUANTITIES, UNITS, is_statistic, label_key, normal, unit_key
-from virtual_soil.campaign.laboratory.rows import Row, ways_to_read
-from virtual_soil.campaign.yamls import hint
+from virtual_soil.campaign.laboratory.beside import LOADS, Sheet, stacked
+from virtual_soil.campaign.laboratory.own import Own, own_columns
+from virtual_soil.campaign.laboratory.quantities import MISSING, QUANTITIES, UNITS, is_statistic, label_key, normal, plain, unit_key
+from virtual_soil.campaign.laboratory.rows import Row, joined, last_ways_to_read, ways_to_read
+from virtual_soil.campaign.laboratory.titles import AMBIGUOUS, NUMBER, Title
 
-NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d{1,3})?")
-#: Ambiguous comma: decimal mark or thousands separator.
-AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 #: Headers with units: "Normal stress [kPa]", "Force / N", "Force, N", "Force in N", "force_n".
 HEADERS = [
     re.compile(pattern)
@@ -37,8 +37,6 @@ HEADERS = [
         r"(?P<name>.+)_(?P<unit>[^_]+)",
     )
 ]
-#: A quantity in a title: "Normal stress: 25 kPa".
-TITLED = r"{name}\W*?(?P<value>[+-]?\d[\d.,]*)\s*\W?\s*(?P<unit>[^\W\d_][\w./²^]*)"
 #: Quantities of which any one serves; the first that a header has is taken.
 Alternatives = tuple[str, ...]
 
@@ -53,16 +51,6 @@ class Readings:
     table: pd.DataFrame
     n_skipped: int
     remarks: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Own:
-    """A user's description of a quantity's column: headers, unit, factor on its numbers, or its number in the file."""
-
-    headers: tuple[str, ...] = ()
-    unit: str | None = None
-    factor: float = 1.0
-    number: int | None = None
 
 
 @dataclass(frozen=True)
@@ -130,7 +118,8 @@ class Reader:
         """Read the rows of a file below its header in row `start`."""
         left = Left()
         blocks = self.blocks(rows, start, columns, separator, left)
-        parts = [self.table(block, rows, left, len(blocks) > 1) for block in blocks if block.readings]
+        labels = labels_of([block.title for block in blocks])
+        parts = [self.table(block, rows, left, label) for block, label in zip(blocks, labels, strict=True) if block.readings]
         demand(
             bool(parts), f"{self.path}: number of rows with values below the header in line {rows[start].line}", 0, "at least one"
         )
@@ -144,7 +133,7 @@ class Reader:
         """
         best, least = None, list(self.wanted)
         for k, row in enumerate(rows):
-            if row.empty:
+            if not row.worded:  # certainly no header
                 continue
             ways = [(k, row.cells)]
             if k + 1 < len(rows):
@@ -167,6 +156,27 @@ class Reader:
         """Headers that would be understood."""
         return sorted({word for name in names for word in (self.own[name].headers if name in self.own else QUANTITIES[name].names)})
 
+    def marks(self, cells: list[str]) -> list[tuple[int, str]]:
+        """Column and quantity of every cell that would be understood as a header."""
+        texts = [(index, text.strip()) for index, text in enumerate(cells) if NUMBER.fullmatch(text.strip()) is None]
+        return [(index, name) for index, text in texts if text for name in self.names if self.column(name, index, text) is not None]
+
+    def states_load(self, text: str, line: int) -> bool:
+        """True if the title of a table states its normal stress or force."""
+        return any(self.stated(name, text, line, bare=True) is not None for name in sorted(LOADS & set(self.names)))
+
+    def stated(self, name: str, text: str, line: int, *, bare: bool) -> float | None:
+        """Value of a quantity in a title, in SI units; None if it has none."""
+        words = self.own[name].headers if name in self.own else ()
+        return Title(self.path, line, text, self.decimal).stated(name, words, bare=bare)
+
+    def below_each_other(self, rows: list[Row], separator: str) -> tuple[list[Row], int]:
+        """Rows of shear tests with tables that stand side by side below each other, and the number of these tables."""
+        by_number = any(own.number is not None for own in self.own.values())
+        if by_number or not any("displacement" in some for some in self.wanted):
+            return rows, 0
+        return stacked(Sheet(self.path, self.marks, self.states_load, separator), rows)
+
     def match(self, cells: list[str], line: int) -> dict[str, list[Column]]:
         """Return the columns of a header; two columns for one quantity are refused, unless the user names both."""
         found: dict[str, list[Column]] = {}
@@ -186,20 +196,24 @@ class Reader:
 
     def column(self, name: str, index: int, header: str) -> Column | None:
         """Return the column if this header names the quantity. A header given by the user must match, with or without unit."""
-        kind, own = QUANTITIES[name].kind, self.own.get(name)
-        readings = [(header, None), *((found["name"], found["unit"]) for p in HEADERS if (found := p.fullmatch(header)))]
+        kind, own, header = QUANTITIES[name].kind, self.own.get(name), plain(header)
+        readings = words_and_units(header)
         if own is not None:
             if own.number is not None:
                 unit = next(
                     (unit for _, unit in reversed(readings) if unit is not None and kind and unit_key(unit) in UNITS[kind]), None
                 )
-                return Column(index, header, own.unit or unit) if index == own.number - 1 and header else None
-            for wanted in own.headers:
+                a_word = bool(header) and NUMBER.fullmatch(header) is None
+                return Column(index, header, own.unit or unit) if index == own.number - 1 and a_word else None
+            for wanted in (plain(text).casefold() for text in own.headers):
                 for words, stated in reversed(readings):
                     if stated is not None and kind and not own.unit and unit_key(stated) not in UNITS[kind]:
                         continue  # "sig_v" is no "sig" in v
-                    if wanted.strip().casefold() in (words.casefold(), header.casefold()):
+                    if wanted in (words.casefold(), header.casefold()):
                         return Column(index, header, own.unit or stated)
+                for words, stated in readings[1:]:  # a unit that is not known, and will be named
+                    if wanted == words.casefold() and not header.endswith(f"_{stated}"):
+                        return Column(index, header, stated)
             return None
         alike = [(words, unit) for words, unit in readings if normal(words) in QUANTITIES[name].names]
         known = [(words, unit) for words, unit in alike if unit is None or kind is None or unit_key(unit) in UNITS[kind]]
@@ -209,12 +223,12 @@ class Reader:
 
     def blocks(self, rows: list[Row], start: int, columns, separator: str, left: Left) -> list[Block]:
         """Divide the rows from a header on into blocks, and their rows into readings, texts and what is left out."""
-        current = Block(columns, len(rows[start].cells), rows[start].line, title_above(rows, start))
+        current = Block(columns, len(rows[start].cells), rows[start].line, title_of(rows[start], title_above(rows, start)))
         found, title, gap = [current], "", False
         for row in rows[start + 1 :]:
-            again = {} if row.empty else self.match(row.cells, row.line)
-            if again and not self.lacking(again):
-                current = Block(again, len(row.cells), row.line, title)
+            again = self.match(row.cells, row.line) if row.worded else {}
+            if again and not self.lacking(again) and self.alike(again, columns):
+                current = Block(again, len(row.cells), row.line, title_of(row, title))
                 found.append(current)
                 continue
             kind, gap = self.kind_of(row, current, separator, gap), row.empty
@@ -229,11 +243,20 @@ class Reader:
             elif kind == "reading":
                 for text in current.texts:  # no footer: readings follow
                     raise self.not_a_number(text, current)
+                self.check_inherited(row, current)
                 current.readings.append((row.line, self.texts_of(row, current)))
             elif kind == "units":
                 current.columns = self.with_units(row, current)
         left.texts += sum(len(block.texts) for block in found)
         return found
+
+    def alike(self, again: Mapping[str, list[Column]], first: Mapping[str, list[Column]]) -> bool:
+        """True if columns that the user numbered have the header again that they had first: any word would do otherwise."""
+        numbered = [name for name, own in self.own.items() if own.number is not None and name in first]
+        return all(
+            [column.header.casefold() for column in again.get(name, ())] == [column.header.casefold() for column in first[name]]
+            for name in numbered
+        )
 
     def kind_of(self, row: Row, block: Block, separator: str, gap: bool) -> str:
         """One of "empty", "units", "statistics", "text" and "reading"; gap : True if the row above is empty.
@@ -283,9 +306,10 @@ class Reader:
         """Texts of a reading by quantity and column."""
         return {(name, column.index): cell(row, column.index) for name, some in block.columns.items() for column in some}
 
-    def table(self, block: Block, rows: list[Row], left: Left, several: bool) -> pd.DataFrame:
-        """Readings of a block in SI units."""
+    def table(self, block: Block, rows: list[Row], left: Left, label: str | None) -> pd.DataFrame:
+        """Readings of a block in SI units; label : its own among several blocks."""
         self.check_units(block)
+        self.check_trials(block)
         kept = self.filled(block, left)
         mark = self.decimal_mark(kept, block)
         table: dict[str, list | np.ndarray] = {}
@@ -304,24 +328,23 @@ class Reader:
         found = pd.DataFrame(table)
         for name in self.optional:
             if QUANTITIES[name].column not in found:
-                self.add_titled(found, name, block, rows, several)
+                self.add_titled(found, name, block, rows, label)
         return found
 
-    def add_titled(self, found: pd.DataFrame, name: str, block: Block, rows: list[Row], several: bool) -> None:
+    def add_titled(self, found: pd.DataFrame, name: str, block: Block, rows: list[Row], label: str | None) -> None:
         """Add a label, or a load, that only the title of a block or the head of the file states."""
         quantity = QUANTITIES[name]
         if quantity.kind is None:
-            if several:
-                found[quantity.column] = block.title or f"block in line {block.line}"
+            if label is not None:
+                found[quantity.column] = label
             return
+        several = label is not None
         head = [block.title, *(row.words for row in rows if row.line < block.line and not several)]
-        for text in head:
-            for word in quantity.names:
-                stated = re.search(TITLED.format(name=rf"\b{re.escape(word)}\b"), text, flags=re.IGNORECASE)
-                if stated and unit_key(stated["unit"]) in UNITS[quantity.kind]:
-                    value = float(stated["value"].rstrip(".,").replace(",", "."))
-                    found[quantity.column] = value * UNITS[quantity.kind][unit_key(stated["unit"])]
-                    return
+        values = {self.stated(name, text, block.line, bare=several) for text in head} - {None}
+        allowed = "one value, or a column"
+        demand(len(values) < 2, f"{self.path}: {name.replace('_', ' ')} above line {block.line}", sorted(values), allowed)
+        if values:
+            found[quantity.column] = values.pop()
 
     def filled(self, block: Block, left: Left) -> list[tuple[int, dict[tuple[str, int], str]]]:
         """Readings with the labels and loads that hold on from above; raises CalibrationError for any other missing value."""
@@ -352,6 +375,24 @@ class Reader:
                         f"{self.path}: column {column.header!r} has {has}; allowed: {', '.join(UNITS[kind])}, in brackets behind "
                         f"the name or under `columns: {{{name}: {{header: ..., unit: ..., factor: ...}}}}` in the soil file."
                     )
+
+    def check_inherited(self, row: Row, block: Block) -> None:
+        """Raise CalibrationError for a short row without a load to the right of its readings: it may be one of them, moved."""
+        if len(row.cells) >= block.width:
+            return
+        read = [column.index for name, some in block.columns.items() if not QUANTITIES[name].inherited for column in some]
+        for name, columns in block.columns.items():
+            for column in columns:
+                empty = cell(row, column.index).lower() in MISSING
+                if QUANTITIES[name].inherited and empty and column.index > min(read):
+                    raise self.fault(row.line, column, "", f"as many cells as the header, {block.width}, not {len(row.cells)}")
+
+    def check_trials(self, block: Block) -> None:
+        """Raise CalibrationError for columns of trials that do not belong together."""
+        numbers = {name: len(columns) for name, columns in block.columns.items() if QUANTITIES[name].kind}
+        ok = len(set(numbers.values())) == 1 and ("displacement" not in numbers or max(numbers.values()) == 1)
+        allowed = "as many headers for each quantity; of shear tests one, or a normal stress for each table above it"
+        demand(ok, f"{self.path}, line {block.line}: columns of each quantity", numbers, allowed)
 
     def decimal_mark(self, readings, block: Block) -> str:
         """Decimal mark of a block; refused if both occur or if a comma could be a thousands separator."""
@@ -399,7 +440,7 @@ class NoHeader(CalibrationError):
         where = "" if line is None else f" (nearest to it: line {line})"
         super().__init__(
             f"{path}: no line is a header with a column for {', '.join(name for name, _ in lacking)}{where}; allowed: columns "
-            f"separated by tab, semicolon, comma or blanks, named {wanted}, or as `columns` in the soil file says."
+            f"separated by tab, semicolon, comma or blanks, named {wanted}, or as `columns`, and `encoding`, in the soil file say."
         )
         self.n_lacking = len(lacking)
 
@@ -436,19 +477,47 @@ def read_laboratory(
     for name, value in (("encoding", encoding), ("sheet", sheet)):
         demand(value is None or isinstance(value, str), f"{origin}: {name}", repr(value), "a text")
     reader = Reader(path, wanted, tuple(optional), own, decimal)
-    found, failures = [], []
-    for separator, lines in ways_to_read(path, encoding, sheet):
-        kept = restricted(path, lines, rows, origin)
+    ways, failures, faults = with_header(reader, ways_to_read(path, encoding, sheet), rows, origin)
+    if not ways and faults:
+        raise faults[0]
+    if not ways:
+        ways, _, _ = with_header(reader, last_ways_to_read(path, encoding), rows, origin)
+    if not ways:
+        raise min(failures, key=lambda error: error.n_lacking)
+    # of equals the first
+    kept, start, header, separator, n_beside = max(ways, key=lambda way: score(way.columns, way.rows[way.start]))
+    read = reader.read(kept, start, header, separator)
+    return replace(read, remarks=(f"{n_beside} tables side by side", *read.remarks)) if n_beside else read
+
+
+class Way(NamedTuple):
+    """A file as it may be split: its rows, place and columns of the header, separator, number of tables side by side."""
+
+    rows: list[Row]
+    start: int
+    columns: dict[str, list[Column]]
+    separator: str
+    n_beside: int
+
+
+def with_header(
+    reader: Reader, ways: Iterable, rows: Mapping | None, origin: str
+) -> tuple[list[Way], list[NoHeader], list[CalibrationError]]:
+    """Those of the ways to split a file (separator, rows) that find a header in it, and the errors of the others."""
+    found: list[Way] = []
+    failures: list[NoHeader] = []
+    faults: list[CalibrationError] = []
+    for separator, lines in ways:
         try:
-            start, header = reader.header(kept)
+            kept, n_beside = reader.below_each_other(restricted(reader.path, lines, rows, origin), separator)
+            start, columns = reader.header(kept)
         except NoHeader as error:
             failures.append(error)
+        except CalibrationError as error:
+            faults.append(error)
         else:
-            found.append((score(header, kept[start]), kept, start, header, separator))
-    if not found:
-        raise min(failures, key=lambda error: error.n_lacking)
-    _, kept, start, header, separator = max(found, key=lambda way: way[0])  # of equals the first
-    return reader.read(kept, start, header, separator)
+            found.append(Way(kept, start, columns, separator, n_beside))
+    return found, failures, faults
 
 
 def score(columns: Mapping[str, list[Column]], header: Row) -> tuple[int, int, int]:
@@ -476,33 +545,10 @@ def restricted(path: Path, rows: list[Row], only: Mapping | None, origin: str) -
     return []
 
 
-def own_columns(columns, quantities, origin: str) -> dict[str, Own]:
-    """Return the user's mapping by quantity; raises CalibrationError for anything else."""
-    if columns is None:
-        return {}
-    demand(isinstance(columns, Mapping), f"{origin}: columns", repr(columns), f"a mapping with keys of {sorted(quantities)}")
-    own = {}
-    for name, entry in columns.items():
-        demand(name in quantities, f"{origin}: columns.{name}", "unknown", f"{sorted(quantities)}")
-        own[name] = own_column(name, entry, f"{origin}: columns.{name}")
-    return own
-
-
-def own_column(name: str, entry, key: str) -> Own:
-    """A user's description of one column."""
-    full = entry if isinstance(entry, Mapping) else {"header": entry}
-    headers, unit, kind = full.get("header"), full.get("unit"), QUANTITIES[name].kind
-    headers = tuple(headers) if isinstance(headers, list) else (headers,)
-    named = all(isinstance(header, str) and header.strip() for header in headers) and bool(headers)
-    number, factor = full.get("column"), full.get("factor", 1.0)
-    numbered = headers == (None,) and isinstance(number, int) and not isinstance(number, bool) and number > 0
-    scaled = isinstance(factor, int | float) and not isinstance(factor, bool) and np.isfinite(factor) and factor != 0
-    ok = (named != numbered) and set(full) <= {"header", "unit", "factor", "column"} and (numbered or number is None)
-    demand(ok, key, repr(entry), "a header of the file, several, or {header or column (its number), unit, factor}")
-    demand(bool(scaled), f"{key}.factor", repr(factor), f"a number other than zero{hint(factor)}")
-    known = unit is None or (kind is not None and isinstance(unit, str) and unit_key(unit) in UNITS[kind])
-    demand(known, f"{key}.unit", repr(unit), f"one of {', '.join(UNITS[kind])}" if kind else "no unit: a label")
-    return Own(() if numbered else cast(tuple[str, ...], headers), unit, float(factor), number)
+@lru_cache(maxsize=4096)
+def words_and_units(header: str) -> list[tuple[str, str | None]]:
+    """Ways to read a header as a name with a unit; the first is the whole of it, without one."""
+    return [(header, None), *((found["name"], found["unit"]) for p in HEADERS if (found := p.fullmatch(header)))]
 
 
 def cell(row: Row, index: int) -> str:
@@ -510,11 +556,16 @@ def cell(row: Row, index: int) -> str:
     return row.cells[index].strip() if index < len(row.cells) else ""
 
 
-def joined(above: list[str], below: list[str]) -> list[str]:
-    """Cells of a header in two lines."""
-    n = max(len(above), len(below))
-    pairs = zip(above + [""] * (n - len(above)), below + [""] * (n - len(below)), strict=True)
-    return [f"{first.strip()} {second.strip()}".strip() for first, second in pairs]
+def labels_of(titles: list[str]) -> list[str | None]:
+    """Label of every block, its title or its number; those that are alike are told apart. None for the only block."""
+    if len(titles) < 2:
+        return [None] * len(titles)
+    return [f"{title} ({k})".strip() if titles.count(title) > 1 or not title else title for k, title in enumerate(titles, 1)]
+
+
+def title_of(header: Row, above: str) -> str:
+    """Title that a header has already, or the text above it."""
+    return above if header.title is None else header.title
 
 
 def title_above(rows: list[Row], start: int) -> str:

@@ -10,14 +10,16 @@ import pandas as pd
 from dem.experiments.strength import CurveError, peak, steady
 from virtual_soil.calibration.errors import CalibrationError, demand
 from virtual_soil.campaign.experiments.mohr_coulomb import LEAST_STRESSES, StrengthLine, fit_line
-from virtual_soil.campaign.experiments.shear.curves import NOMINAL, Curve, curves_of, nominal
+from virtual_soil.campaign.experiments.shear.ags import ags_strengths
+from virtual_soil.campaign.experiments.shear.curves import NOMINAL, Curve, curves_of, nominal, told_apart
 from virtual_soil.campaign.experiments.shear.definitions import PLATEAU_WINDOW
+from virtual_soil.campaign.laboratory.ags import is_ags
 from virtual_soil.campaign.laboratory.entry import READING, is_number, laboratory_paths, left_out, readings
 from virtual_soil.campaign.laboratory.table import NoHeader, Readings
 from virtual_soil.campaign.yamls import hint
 
 #: Allowed keys of the entry in a soil file.
-KEYS = READING | {"shear_area_m2", "strength"}
+KEYS = READING | {"shear_area_m2", "strength", "sample"}
 #: Cross-sections of shear boxes that nobody need insist on: others are most often in mm2 or cm2.
 USUAL_AREAS_M2 = (1e-4, 10.0)
 #: Strength that a soil file may ask for -> prefixes of the responses that it is the target of.
@@ -75,18 +77,11 @@ def understood(soil: Path, entry) -> ShearTests:
     kind = entry.get("strength", "peak")
     demand(kind in STRENGTHS, f"{soil}: {ENTRY}.strength", repr(kind), " or ".join(STRENGTHS))
     area, box = area_of(soil, entry), paths[0] if len(paths) == 1 else soil
-    table = pd.DataFrame()
-    curves: list[Curve] = []
-    try:
-        found = [readings(soil, ENTRY, entry, path, CURVE, BESIDE) for path in paths]
-    except NoHeader as error:
-        points, method = strengths_of(soil, entry, paths, kind, area, error)
+    table, curves = pd.DataFrame(), []
+    if any(map(is_ags, paths)):
+        points, method = ags_strengths(f"{soil}: {ENTRY}", entry, paths, kind)
     else:
-        table = tests_of(box, found, area, soil)
-        curves, remarks = curves_of(table, "shear_stress_pa")
-        points, method = points_of(box, curves, kind)
-        rest = dict.fromkeys(text for one in found for text in left_out(one).split(", ") if text)
-        method += "".join(f", {text}" for text in (*rest, *remarks))
+        table, curves, points, method = of_tables(soil, entry, paths, kind, area)
     for label, point in points.items():
         for what, value in (("normal stress", point[0]), (f"{kind} shear strength", point[1])):
             least, largest = STRESSES_PA
@@ -94,6 +89,21 @@ def understood(soil: Path, entry) -> ShearTests:
             demand(least <= value <= largest, where, f"{value:g} Pa", allowed)
     line = strength_line(box, *np.array(list(points.values())).T)
     return ShearTests(kind, table, curves, points, line, f"direct shear, {len(points)} tests, {kind}{method}")
+
+
+def of_tables(soil: Path, entry, paths: list[Path], kind: str, area_m2: float | None):
+    """Readings, curves, points and method of tables of readings; the first two are empty for a table of strengths."""
+    demand("sample" not in entry, f"{soil}: {ENTRY}.sample", repr(entry.get("sample")), "none: it is no AGS4 file; see `rows`")
+    box = paths[0] if len(paths) == 1 else soil
+    try:
+        found = [readings(soil, ENTRY, entry, path, CURVE, BESIDE) for path in paths]
+    except NoHeader as error:
+        return pd.DataFrame(), [], *strengths_of(soil, entry, paths, kind, area_m2, error)
+    table, apart = told_apart(tests_of(box, found, area_m2, soil))
+    curves, remarks = curves_of(table, "shear_stress_pa")
+    points, method = points_of(box, curves, kind)
+    rest = dict.fromkeys(text for one in found for text in left_out(one).split(", ") if text)
+    return table, curves, points, method + "".join(f", {text}" for text in (*rest, *apart, *remarks))
 
 
 def area_of(soil: Path, entry) -> float | None:
@@ -153,7 +163,9 @@ def points_of(box: Path, curves: list[Curve], kind: str) -> tuple[dict[str, tupl
 def strengths_of(soil: Path, entry, paths: list[Path], kind: str, area_m2: float | None, curve_error: NoHeader):
     """Points of a table of strengths without curves, and what the method says; raises `curve_error` if the files are none."""
     name = {"peak": "peak_strength", "steady": "steady_strength"}.get(kind)
-    if name is None:
+    columns = entry.get("columns")
+    own = set(columns) if isinstance(columns, dict) else set()
+    if name is None or own - {*LOAD, name, "test"}:
         raise curve_error
     try:
         found = [readings(soil, ENTRY, entry, path, (LOAD, (name,)), ("test",)) for path in paths]
