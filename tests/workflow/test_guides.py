@@ -8,6 +8,7 @@ import pytest
 import yaml
 from snakemake.utils import update_config
 
+from virtual_soil.campaign.apparatus import with_gravity
 from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.soils import measure_soil
 from virtual_soil.campaign.study import check_config, design_rows
@@ -40,6 +41,7 @@ def test_a_printed_study_is_valid_and_simulates_something(name, study):
     config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
     update_config(config, study)
     check_config(config)
+    config["engine"] = with_gravity(config["engine"])
     config["material"] = with_walls(config)
     config["design"] = normal_form(config)
     assert config["study"] == study["study"]
