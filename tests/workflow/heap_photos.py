@@ -4,22 +4,22 @@ from dataclasses import dataclass
 
 import numpy as np
 from PIL import Image
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import gaussian_filter, map_coordinates
 
 #: Width and height of a picture in pixels, and the row of the ground on which the cone stands, before the camera turns.
-SIZE = (640, 480)
-GROUND = 360.0
+SIZE = (480, 360)
+GROUND = 270.0
 SAND, DARK, WHITE = (200, 170, 120), (60, 50, 45), (225, 225, 220)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    """A picture: angles in degrees, lengths in pixels, brightness from 0 to 1."""
+    """A picture: angles in degrees, lengths in pixels, light and shadow from 0 to 1, noise in steps of 256; `clutter` things."""
 
     angle_deg: float = 30.0
     tilt_deg: float = 0.0
-    half_width: float = 190.0
-    grain_radius: float = 3.0
+    half_width: float = 140.0
+    grain_radius: float = 2.5
     heap: tuple = SAND
     wall: tuple = (90, 105, 125)
     plate: tuple = (60, 60, 66)
@@ -36,7 +36,7 @@ def cone_grains(scene: Scene, rng) -> np.ndarray:
     slope = np.tan(np.radians(scene.angle_deg))
     r = scene.grain_radius
     height = scene.half_width * slope
-    n = int(2.5 * scene.half_width * height / np.cos(np.radians(scene.angle_deg)) / r**2)
+    n = int(2.5 * scene.half_width**2 / np.cos(np.radians(scene.angle_deg)) / r**2)
     distance = scene.half_width * np.sqrt(rng.uniform(0.0, 1.0, n))
     azimuth = rng.uniform(0.0, 2.0 * np.pi, n)
     sunk = r / np.cos(np.radians(scene.angle_deg))
@@ -50,7 +50,7 @@ def paint_grains(colours: np.ndarray, grains: np.ndarray, scene: Scene, rng) -> 
     covered = np.zeros(colours.shape[:2], dtype=bool)
     light = np.array([-scene.side_light, 0.5, 0.7])
     light /= np.linalg.norm(light)
-    for x, _, z, r in grains[np.argsort(grains[:, 1])]:
+    for x, y, z, r in grains[np.argsort(grains[:, 1])]:
         centre = np.array([0.5 * SIZE[0] + x, GROUND - z])
         first = np.floor(centre - r).astype(int)
         n = int(2 * r + 2)
@@ -59,9 +59,9 @@ def paint_grains(colours: np.ndarray, grains: np.ndarray, scene: Scene, rng) -> 
         square = r**2 - u**2 - v**2
         inside = square > 0.0
         normal = np.stack(np.broadcast_arrays(u, np.sqrt(np.maximum(square, 0.0)), v), axis=-1) / r
-        # a grain of the heap has the heap's slope as well as its own
-        slope = np.array([np.sign(x) * 0.5, 0.5, 0.7])
-        shade = 0.45 + 0.75 * np.clip((0.5 * normal + 0.5 * slope) @ light, 0.0, None)
+        # neighbours shade a grain as they do the heap's surface
+        flank = np.array([0.7 * x, 0.7 * max(y, 0.0), 0.7 * np.hypot(x, y)]) / max(np.hypot(x, y), r)
+        shade = 0.45 + 0.75 * np.clip(0.5 * (normal + flank) @ light, 0.0, None)
         painted = np.array(scene.heap) * rng.uniform(0.7, 1.2) * shade[..., None]
         box = (slice(first[1], first[1] + n), slice(first[0], first[0] + n))
         colours[box][inside] = painted[inside]
@@ -75,7 +75,7 @@ def paint_background(scene: Scene, rng) -> np.ndarray:
     colours = np.where((rows < GROUND)[..., None], np.array(scene.wall, float), np.array(scene.plate, float))
     colours *= (1.0 + 0.15 * (columns - 0.5 * SIZE[0]) / SIZE[0])[..., None]
     for _ in range(scene.clutter):
-        width, height = rng.integers(25, 120), rng.integers(40, 260)
+        width, height = rng.integers(20, 90), rng.integers(30, 200)
         left = rng.integers(-20, SIZE[0])
         bottom = int(GROUND) - rng.integers(0, 40)
         colours[max(0, bottom - height) : bottom, max(0, left) : max(0, left + width)] = rng.uniform(30, 230, 3)
@@ -100,8 +100,6 @@ def turned(colours: np.ndarray, tilt_deg: float) -> np.ndarray:
     rows, columns = np.mgrid[: SIZE[1], : SIZE[0]].astype(float)
     t = np.radians(tilt_deg)
     x, y = columns - 0.5 * SIZE[0], rows - 0.5 * SIZE[1]
-    from scipy.ndimage import map_coordinates
-
     at = [0.5 * SIZE[1] + x * np.sin(t) + y * np.cos(t), 0.5 * SIZE[0] + x * np.cos(t) - y * np.sin(t)]
     return np.stack([map_coordinates(colours[..., k], at, order=1, mode="nearest") for k in range(3)], axis=-1)
 

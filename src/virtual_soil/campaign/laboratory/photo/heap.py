@@ -1,4 +1,17 @@
-"""The angle of repose that a photograph shows, and how well it shows it."""
+"""The angle of repose that a photograph shows, and how well it shows it.
+
+A cone of slope a shows a triangle of slope a only from far away and from the height of its foot. Its outline is where
+lines of sight touch it. With the camera raised by the angle e, seen from far away, the triangle's slope s is
+
+    tan^2 s = tan^2 a cos^2 e - sin^2 e,
+
+and from a distance of D radii of its foot, on the level of the foot,
+
+    tan^2 s = tan^2 a (1 - 1/D^2).
+
+Neither can be seen in the picture, so a reading is not corrected for them; `seen_slope` tells by how much it is low. A lens bends
+straight lines near the edge of the picture, which shows as flanks that leave their lines.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,19 +21,26 @@ import numpy as np
 
 from virtual_soil.calibration.errors import CalibrationError, demand
 from virtual_soil.campaign.laboratory.photo.image import Photo, read_photo
-from virtual_soil.campaign.laboratory.photo.outline import Ground, NoHeap, Outline, outline_of
+from virtual_soil.campaign.laboratory.photo.outline import Ground, NoHeap, Outline, check_flanks, outline_of
 from virtual_soil.campaign.laboratory.photo.segment import NONE, edges, guesses, palette_map, refine, snapped
 
-#: Standard deviations in pixels at which colours are seen, and thresholds of the log odds (a factor of 2.7 each): the angle is
-#: the mean over all of them, their scatter the uncertainty of the segmentation.
-BLURS = (1.5, 2.5, 4.0)
+#: Blurs (standard deviations over the root of the heap's area, but no less than a pixel) at which colours are seen, and thresholds
+#: of the log odds (a factor of 2.7 each): the angle is the mean over all of them, their scatter the uncertainty of the segmentation.
+BLUR_RATIOS = np.array([0.01, 0.017, 0.028])
 THRESHOLDS = (-1.0, 0.0, 1.0)
 #: Distance over the blur by which an outline is moved to the strongest edge, at most.
 SNAP_RATIO = 3.0
+#: Standard uncertainty in degrees beyond which a picture says too little of an angle.
+MOST_UNCERTAIN_DEG = 3.0
+#: Masks that are measured before a photograph is refused.
+MOST_CANDIDATES = 3
 #: Part of the variants that may have no heap's outline.
 MOST_REFUSED = 0.5
-#: Guesses are refined on every other pixel.
-GUESS_STEP = 2
+#: ASSUME: the camera is raised by no more than this angle over the foot of the heap, and no nearer than so many radii of the foot.
+#: What a 30 degree cone then reads too low, 0.5 degrees, is a standard uncertainty.
+RAISED_DEG, DISTANCE_RATIO = 5.0, 10.0
+#: Guesses are refined on every other pixel, at this blur in pixels of the whole picture.
+GUESS_STEP, GUESS_BLUR = 2, 2.5
 #: Divergence in bits that a heap has from its surroundings: at half a bit a third of the pixels could be either.
 LEAST_DIVERGENCE = 0.5
 
@@ -29,8 +49,9 @@ LEAST_DIVERGENCE = 0.5
 class HeapPhoto:
     """Angle of repose from one photograph; angles and uncertainties (standard ones) in degrees.
 
-    flanks : half of the difference of both flanks, the standard error of their mean. fit : of both lines. segmentation : scatter over
-    blurs and thresholds. tilt : change of the mean with the ground turned by its error. `outline` is that of the middle variant.
+    flanks : half of the difference of both flanks, the standard error of their mean. fit : of both lines. segmentation :
+    scatter over blurs and thresholds. tilt : change of the mean with the ground turned by its error. view : by how much a
+    camera that is not quite level and far away may see too low. `mask` and `outline` are those of the middle variant.
     """
 
     photo: Photo
@@ -42,6 +63,7 @@ class HeapPhoto:
     fit_deg: float
     segmentation_deg: float
     tilt_deg: float
+    view_deg: float
 
     @property
     def angle_deg(self) -> float:
@@ -49,9 +71,24 @@ class HeapPhoto:
         return 0.5 * (self.left_deg + self.right_deg)
 
     @property
-    def uncertainty_deg(self) -> float:
-        """Standard uncertainty of the angle: the root of the sum of squares of the four contributions."""
+    def reading_deg(self) -> float:
+        """Standard uncertainty of the angle in this picture, without that of the view, which several photographs share."""
         return float(np.sqrt(self.flanks_deg**2 + self.fit_deg**2 + self.segmentation_deg**2 + self.tilt_deg**2))
+
+    @property
+    def uncertainty_deg(self) -> float:
+        """Standard uncertainty of the angle: the root of the sum of squares of all contributions."""
+        return float(np.hypot(self.reading_deg, self.view_deg))
+
+
+def seen_slope(angle_deg: float, raised_deg: float = 0.0, distance_ratio: float = np.inf) -> float:
+    """Slope in degrees of the outline that a cone shows to a camera raised by an angle, or `distance_ratio` radii of its foot away.
+
+    Each formula (see above) is exact without the other's cause; 0 where the camera looks down onto the cone's flank.
+    """
+    e = np.radians(raised_deg)
+    square = np.tan(np.radians(angle_deg)) ** 2 * (1.0 - 1.0 / distance_ratio**2) * np.cos(e) ** 2 - np.sin(e) ** 2
+    return float(np.degrees(np.arctan(np.sqrt(max(square, 0.0)))))
 
 
 def read_heap(path: Path, box: Sequence[float] | None = None, ground: Sequence[float] | None = None) -> HeapPhoto:
@@ -76,7 +113,7 @@ def read_heap(path: Path, box: Sequence[float] | None = None, ground: Sequence[f
     try:
         return measured(photo, given)
     except NoHeap as error:
-        raise CalibrationError(f"{path}: {error}.") from None
+        raise CalibrationError(f"{path}: no heap found: the likeliest outline {error}.") from None
 
 
 def ground_through(photo: Photo, points: Sequence[float]) -> Ground:
@@ -92,27 +129,44 @@ def ground_through(photo: Photo, points: Sequence[float]) -> Ground:
 
 
 def measured(photo: Photo, ground: Ground | None) -> HeapPhoto:
-    """Angle of the heap in a photograph that is read. Raises NoHeap."""
-    mask = found(photo, ground)
+    """Angle of the heap in a photograph that is read. Raises NoHeap, which says what is wrong with the most likely mask."""
+    masks = candidates(photo, ground)
+    failures = []
+    for mask in masks[:MOST_CANDIDATES]:
+        try:
+            return measured_from(photo, mask, ground)
+        except NoHeap as error:
+            failures.append(error)
+    if failures:
+        raise failures[0]
+    raise CalibrationError(f"{photo.path}: no heap found: nothing differs enough from what is around it.")
+
+
+def measured_from(photo: Photo, mask: np.ndarray, ground: Ground | None) -> HeapPhoto:
+    """Angle of the heap that a mask nearly covers. Raises NoHeap."""
     variants, refusals = [], []
-    for blur in BLURS:
+    for blur in np.maximum(1.0, np.sqrt(mask.sum()) * BLUR_RATIOS):
         region = refine(entries_of(photo, blur, ground), mask, blur)
         change = edges(photo.colours, blur)
         for threshold in THRESHOLDS:
             variant = snapped(region.at(threshold), change, SNAP_RATIO * blur)
             try:
-                variants.append((variant, outline_of(variant, ground)))
+                outline = outline_of(variant, ground)
+                check_flanks(outline)
             except NoHeap as error:
                 refusals.append(error)
+            else:
+                variants.append((variant, outline))
     n = len(variants) + len(refusals)
     if len(refusals) > MOST_REFUSED * n:
-        raise NoHeap(f"the heap's outline is uncertain, and for {len(refusals)} of {n} blurs and thresholds {refusals[0]}")
+        raise NoHeap(f"is uncertain: for {len(refusals)} of {n} blurs and thresholds it {refusals[0]}")
     outlines = [outline for _, outline in variants]
     left, right = (float(np.mean([getattr(o, side).angle_deg for o in outlines])) for side in ("left", "right"))
     middle, outline = variants[len(variants) // 2]
-    error = outline.ground.tilt_error_deg
-    turned = [outline_of(middle, outline.ground.turned(turn)).angle_deg for turn in (-error, error)]
-    return HeapPhoto(
+    turn = outline.ground.tilt_error_deg
+    turned = [outline_of(middle, outline.ground.turned(sign * turn)).angle_deg for sign in (-1.0, 1.0)]
+    angle = 0.5 * (left + right)
+    heap = HeapPhoto(
         photo=photo,
         mask=middle,
         outline=outline,
@@ -122,7 +176,11 @@ def measured(photo: Photo, ground: Ground | None) -> HeapPhoto:
         fit_deg=0.5 * float(np.hypot(outline.left.error_deg, outline.right.error_deg)),
         segmentation_deg=float(np.std([o.angle_deg for o in outlines], ddof=1)),
         tilt_deg=float(np.abs(np.subtract(turned, outline.angle_deg)).max()),
+        view_deg=angle - seen_slope(angle, RAISED_DEG, DISTANCE_RATIO),
     )
+    if heap.reading_deg > MOST_UNCERTAIN_DEG:
+        raise NoHeap(f"has {angle:.0f} +- {heap.reading_deg:.1f} deg, where {MOST_UNCERTAIN_DEG:.0f} deg are the most uncertainty")
+    return heap
 
 
 def entries_of(photo: Photo, blur: float, ground: Ground | None) -> np.ndarray:
@@ -134,28 +192,25 @@ def entries_of(photo: Photo, blur: float, ground: Ground | None) -> np.ndarray:
     return entries
 
 
-def found(photo: Photo, ground: Ground | None) -> np.ndarray:
-    """Mask (rows, columns) of the heap: of all guesses that lead to a heap's outline, that with the straightest lines.
+def candidates(photo: Photo, ground: Ground | None) -> list[np.ndarray]:
+    """Masks (rows, columns) that guesses lead to and that are one hump, those with the straightest lines first.
 
-    Raises NoHeap with what is wrong with the most distinct guess, if none is a heap.
+    Raises NoHeap with what is wrong with the first guess if there is none.
     """
-    entries = entries_of(photo, BLURS[1], ground)
-    step, blur = GUESS_STEP, BLURS[1] / GUESS_STEP
+    entries = entries_of(photo, GUESS_BLUR, ground)
+    step, blur = GUESS_STEP, GUESS_BLUR / GUESS_STEP
     change = edges(photo.colours[::step, ::step], blur)
-    heaps, refusals = [], []
+    humps, refusals = [], []
     for guess in guesses(entries):
         region = refine(entries[::step, ::step], guess[::step, ::step], blur)
-        mask = np.repeat(np.repeat(snapped(region.mask, change, SNAP_RATIO * blur), step, axis=0), step, axis=1)[: entries.shape[0], : entries.shape[1]]
+        mask = snapped(region.mask, change, SNAP_RATIO * blur).repeat(step, axis=0).repeat(step, axis=1)
+        mask = mask[: entries.shape[0], : entries.shape[1]]
         if region.divergence < LEAST_DIVERGENCE or not mask.any():
             continue
         try:
-            outline = outline_of(mask, ground)
+            humps.append((outline_of(mask, ground).departure, mask))
         except NoHeap as error:
             refusals.append(error)
-        else:
-            heaps.append((outline.departure, region.divergence, outline.angle_deg, mask))
-    if heaps:
-        return min(heaps, key=lambda heap: heap[0])[-1]
-    if refusals:
-        raise NoHeap(f"no heap found: {refusals[0]}")
-    raise NoHeap("no heap found: nothing differs enough from what is around it")
+    if refusals and not humps:
+        raise refusals[0]
+    return [mask for _, mask in sorted(humps, key=lambda hump: hump[0])]

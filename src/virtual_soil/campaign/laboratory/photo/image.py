@@ -22,7 +22,10 @@ LEAST_SIZE = 60
 
 @dataclass(frozen=True, kw_only=True)
 class Photo:
-    """A photograph or a box of it; colours : (rows, columns, 3) from 0 to 1, at `scale` working pixels per pixel from `corner` on."""
+    """A photograph or a box of it: colours (rows, columns, 3) from 0 to 1.
+
+    corner : its upper left corner in the photograph. scale : working pixels per pixel of the photograph.
+    """
 
     path: Path
     colours: np.ndarray

@@ -1,16 +1,18 @@
 """The outline of a heap over its ground, and the slope of both flanks.
 
-The line of a flank is fitted as that of a simulated heap's silhouette is (`dem.measure.heap.fit_flank`): between 20 and 80 % of the height.
+The line of a flank is fitted as that of a simulated heap's silhouette is (`dem.measure.heap.fit_flank`): between 20 and
+80 % of the height.
 Lengths are pixels; angles are positive where the ground rises to the right.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import ndimage, signal, stats
+from scipy import ndimage, optimize, signal
 
 from dem.measure.heap import BAND_RATIOS, fit_flank
 from virtual_soil.calibration.errors import CalibrationError
+from virtual_soil.campaign.laboratory.photo.image import WORKING_SIZE
 
 #: Heights below have too few pixels between 20 and 80 % for a slope: one pixel more at one end is 2 degrees there.
 LEAST_HEIGHT = 25.0
@@ -18,8 +20,10 @@ LEAST_HEIGHT = 25.0
 GROUND_BAND = (0.1, 0.9)
 #: A lower edge that leaves its line by more than this part of the heap's height (root mean square) is no plate.
 MOST_UNEVEN = 0.1
-#: Width at 80 % of the height over the width at 20 %: a cone has 0.25, a heap with a flat top of a fifth of its base 0.43, a parabola 0.5,
-#: a half circle 0.61, a box 1.
+#: A camera held by hand is level to a few degrees.
+MOST_TILT_DEG = 10.0
+#: Width at 80 % of the height over the width at 20 %: a cone has 0.25, a heap with a flat top of a fifth of its base 0.43,
+#: a parabola 0.5, a half circle 0.61, a box 1.
 MOST_BLUNT = 0.45
 #: Part of the area under the outline that belongs to the heap; what overhangs leaves a gap.
 LEAST_SOLID = 0.93
@@ -33,7 +37,7 @@ MOST_SKEW_DEG = 20.0
 
 
 class NoHeap(CalibrationError):
-    """A mask whose outline is not a heap's; the message says why."""
+    """A mask whose outline is not a heap's; the message is what can be said of the outline."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +71,10 @@ class Ground:
 
 @dataclass(frozen=True, kw_only=True)
 class Side:
-    """One flank: its angle, the standard error of its line, its departure from it, and the line's ends along the ground and in height."""
+    """One flank: its angle, the standard error of its line, and its departure from it (root mean square, pixels).
+
+    line : (2, 2), both ends of the line: distance along the ground, height.
+    """
 
     angle_deg: float
     error_deg: float
@@ -98,23 +105,24 @@ class Outline:
 
 
 def ground_under(mask: np.ndarray) -> Ground:
-    """The line along a mask's lower edge (Theil-Sen), and the standard error of its tilt. Raises NoHeap where the edge is no line."""
+    """The line along a mask's lower edge, and the standard error of its tilt. Raises NoHeap where the edge is no line."""
     columns = np.flatnonzero(mask.any(axis=0))
     low, high = np.quantile(columns, GROUND_BAND)
     columns = columns[(columns >= low) & (columns <= high)]
     rows = mask.shape[0] - np.argmax(mask[::-1, columns], axis=0) - 0.5
-    some = np.linspace(0, len(columns) - 1, min(len(columns), 200)).astype(int)
-    slope, _, *_ = stats.theilslopes(rows[some], columns[some])
-    level = np.median(rows - slope * columns)
-    departures = rows - level - slope * columns
+    x = float(columns.mean())
+    # soft L1: rows are whole numbers, so that medians of slopes would prefer zero
+    start = np.polyfit(columns - x, rows, 1)
+    slope, level = optimize.least_squares(lambda line: np.polyval(line, columns - x) - rows, start, loss="soft_l1").x
+    departures = rows - level - slope * (columns - x)
     height = np.ptp(np.flatnonzero(mask.any(axis=1)))
     departure = float(np.sqrt(np.mean(departures**2)))
     if departure > MOST_UNEVEN * height:
-        raise NoHeap("its lower edge is no straight line; GROUND=x0,y0,x1,y1 says where the heap stands")
-    x = float(columns.mean())
-    error = np.degrees(slope_error(columns, departures))
-    tilt = float(np.degrees(np.arctan(-slope)))
-    return Ground(x=x, y=float(level + slope * x), tilt_deg=tilt, tilt_error_deg=error, departure=departure)
+        raise NoHeap("has no straight lower edge; GROUND=x0,y0,x1,y1 can say where the heap stands")
+    tilt, error = float(np.degrees(np.arctan(-slope))), float(np.degrees(slope_error(columns, departures)))
+    if abs(tilt) > MOST_TILT_DEG:
+        raise NoHeap(f"has a lower edge that is inclined by {tilt:.0f} deg, where {MOST_TILT_DEG:.0f} are the most")
+    return Ground(x=x, y=float(level), tilt_deg=tilt, tilt_error_deg=error, departure=departure)
 
 
 def slope_error(x: np.ndarray, departures: np.ndarray) -> float:
@@ -143,12 +151,15 @@ def outline_of(mask: np.ndarray, ground: Ground | None = None) -> Outline:
     Raises
     ------
     NoHeap
-        If the mask touches the picture's edge or is not one hump with two straight flanks.
+        If the mask touches the picture's edge or is not one hump.
     """
+    size = mask.any(axis=1).sum(), mask.any(axis=0).sum()
+    if min(size) < LEAST_HEIGHT:
+        raise NoHeap(size_said(size[1], size[0]))
     rim = {"left": mask[:, :2], "right": mask[:, -2:], "upper": mask[:2], "lower": mask[-2:]}
     touched = [side for side, pixels in rim.items() if pixels.any() and (side != "lower" or ground is None)]
     if touched:
-        raise NoHeap(f"its outline touches the {touched[0]} edge of the picture; the whole heap must be seen, with something around it")
+        raise NoHeap(f"touches the {touched[0]} edge; the whole heap must be seen, with something around it")
     ground = ground_under(mask) if ground is None else ground
     along, height, solid = heights_over(mask, ground)
     check_hump(along, height, solid)
@@ -156,12 +167,14 @@ def outline_of(mask: np.ndarray, ground: Ground | None = None) -> Outline:
     axis = int(np.searchsorted(np.cumsum(height), 0.5 * height.sum()))
     right = side_of(along[axis:] - along[axis], height[axis:])
     left = side_of(along[axis] - along[axis::-1], height[axis::-1])
-    check_sides(left, right, float(height.max()))
-    sides = {
-        name: Side(angle_deg=s.angle_deg, error_deg=s.error_deg, departure=s.departure, line=s.line * (sign, 1.0) + (along[axis], 0.0))
-        for name, s, sign in (("left", left, -1.0), ("right", right, 1.0))
-    }
-    return Outline(ground=ground, along=along, height=height, **sides)
+    left, right = (replace(s, line=s.line * (sign, 1.0) + (along[axis], 0.0)) for s, sign in ((left, -1.0), (right, 1.0)))
+    return Outline(ground=ground, along=along, height=height, left=left, right=right)
+
+
+def size_said(width: float, height: float) -> str:
+    """What is said of an outline that is too small."""
+    allowed = f"{LEAST_HEIGHT:.0f} pixels of {WORKING_SIZE} a picture are needed; BOX=left,top,right,bottom takes less of it"
+    return f"is {width:.0f} x {height:.0f} pixels large: {allowed}"
 
 
 def heights_over(mask: np.ndarray, ground: Ground) -> tuple[np.ndarray, np.ndarray, float]:
@@ -170,7 +183,7 @@ def heights_over(mask: np.ndarray, ground: Ground) -> tuple[np.ndarray, np.ndarr
     s, h = ground.frame(columns + 0.5, rows + 0.5)
     above = h > 0.0
     if not above.any():
-        raise NoHeap("nothing of it is above the ground")
+        raise NoHeap("is nowhere above the ground")
     bins = np.floor(s[above]).astype(int)
     first = bins.min() - 2
     height = np.zeros(np.ptp(bins) + 5)
@@ -183,16 +196,16 @@ def check_hump(along: np.ndarray, height: np.ndarray, solid: float) -> None:
     """Raise NoHeap unless an outline is one hump that stands on its ground."""
     top = float(height.max())
     if top < LEAST_HEIGHT:
-        raise NoHeap(f"it is {top:.0f} pixels high where {LEAST_HEIGHT:.0f} are needed")
+        raise NoHeap(size_said(len(height), top))
     upper, lower = (int((height >= ratio * top).sum()) for ratio in BAND_RATIOS[::-1])
     if upper > MOST_BLUNT * lower:
-        raise NoHeap(f"at 80 % of its height it is {upper / lower:.2f} times as wide as at 20 %, where {MOST_BLUNT} is the most")
+        raise NoHeap(f"is {upper / lower:.2f} times as wide at 80 % of its height as at 20 %, where {MOST_BLUNT} is the most")
     if solid < LEAST_SOLID:
-        raise NoHeap(f"{100 * (1 - solid):.0f} % of the area under its outline does not belong to it")
+        raise NoHeap(f"overhangs: {100 * (1 - solid):.0f} % of the area under it are empty")
     smooth = ndimage.gaussian_filter1d(height, 0.02 * lower)
     humps = signal.find_peaks(smooth, prominence=SECOND_HUMP * top)[0]
     if len(humps) != 1:
-        raise NoHeap(f"its outline has {len(humps)} humps")
+        raise NoHeap(f"has {len(humps)} humps")
 
 
 def side_of(distance: np.ndarray, height: np.ndarray) -> Side:
@@ -214,13 +227,14 @@ def side_of(distance: np.ndarray, height: np.ndarray) -> Side:
     )
 
 
-def check_sides(left: Side, right: Side, height: float) -> None:
+def check_flanks(outline: Outline) -> None:
     """Raise NoHeap unless both flanks are straight, have slopes that grains can have, and are alike."""
+    left, right, height = outline.left, outline.right, outline.height.max()
     for name, side in (("left", left), ("right", right)):
         if not FLANKS_DEG[0] <= side.angle_deg <= FLANKS_DEG[1]:
             allowed = f"{FLANKS_DEG[0]:.0f} to {FLANKS_DEG[1]:.0f} deg"
-            raise NoHeap(f"its {name} flank has {side.angle_deg:.0f} deg, where a heap has {allowed}")
+            raise NoHeap(f"has a {name} flank of {side.angle_deg:.0f} deg, where a heap has {allowed}")
         if side.departure > MOST_BENT * height:
-            raise NoHeap(f"its {name} flank is not straight: it leaves its line by {100 * side.departure / height:.0f} % of the height")
+            raise NoHeap(f"has a {name} flank that leaves its line by {100 * side.departure / height:.0f} % of the height")
     if abs(left.angle_deg - right.angle_deg) > MOST_SKEW_DEG:
-        raise NoHeap(f"its flanks have {left.angle_deg:.0f} and {right.angle_deg:.0f} deg")
+        raise NoHeap(f"has flanks as unlike as {left.angle_deg:.0f} and {right.angle_deg:.0f} deg")

@@ -39,7 +39,7 @@ SLOPES_DEG = (18.0, 25.0, 32.0, 40.0, 50.0)
 #: Distance of neighbouring triangles over their half width.
 SHIFT_RATIO = 0.15
 #: Guesses that are refined.
-N_GUESSES = 10
+N_GUESSES = 14
 #: Triangles that share this part of what they cover together are one guess.
 SAME_GUESS = 0.5
 #: Width of the ring around a mask over the root of the mask's area.
@@ -115,9 +115,10 @@ def guesses(entries: np.ndarray) -> Iterator[np.ndarray]:
     small = entries[step // 2 :: step, step // 2 :: step]
     found = [pair for half_width in HALF_WIDTHS for slope in SLOPES_DEG for pair in tried(small, half_width, slope)]
     found.sort(key=lambda pair: -pair[0])
-    grid, taken = np.mgrid[: entries.shape[0], : entries.shape[1]], []
+    rows, columns = np.mgrid[: entries.shape[0], : entries.shape[1]]
+    taken: list[np.ndarray] = []
     for _, triangle in found:
-        mask = triangle.scaled(step).holds(*grid) & (entries != NONE)
+        mask = triangle.scaled(step).holds(rows, columns) & (entries != NONE)
         if all((mask & other).sum() < SAME_GUESS * (mask | other).sum() for other in taken):
             taken.append(mask)
             yield mask
@@ -134,14 +135,14 @@ def tried(small: np.ndarray, half_width_ratio: float, slope_deg: float) -> list[
         return []
     shape = (height + 2 * ring, 2 * half_width + 1 + 2 * ring)
     template = Triangle(half_width + ring, height + ring - 1.0, half_width, slope)
-    grid = np.mgrid[: shape[0], : shape[1]]
-    inside, around = template.holds(*grid), template.holds(*grid, margin=ring)
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    inside, wider = template.holds(y, x), template.holds(y, x, margin=ring)
     padded = np.pad(small, ring, constant_values=NONE)
     windows = np.lib.stride_tricks.sliding_window_view(padded, shape)
     step = max(1, round(SHIFT_RATIO * half_width)), max(1, round(SHIFT_RATIO * height))
     rows, columns = np.mgrid[: windows.shape[0] : step[1], : windows.shape[1] : step[0]].reshape(2, -1)
     seen = windows[rows, columns]
-    scores = divergence(histogram(seen[:, inside]), histogram(seen[:, around & ~inside]))
+    scores = divergence(histogram(seen[:, inside]), histogram(seen[:, wider & ~inside]))
     # a small part of something differs from its surroundings by chance as much as the whole heap does
     scores *= inside.sum() ** 0.25
     places = (Triangle(x + half_width, y + height - 1.0, half_width, slope) for y, x in zip(rows, columns, strict=True))
