@@ -24,13 +24,16 @@ from virtual_soil.campaign.laboratory.photo.image import Photo, read_photo
 from virtual_soil.campaign.laboratory.photo.outline import Ground, NoHeap, Outline, check_flanks, outline_of
 from virtual_soil.campaign.laboratory.photo.segment import NONE, edges, guesses, palette_map, refine, snapped
 
-#: Blurs (standard deviations over the root of the heap's area, but no less than a pixel) at which colours are seen, and thresholds
-#: of the log odds (a factor of 2.7 each): the angle is the mean over all of them, their scatter the uncertainty of the segmentation.
+#: Blurs (standard deviations over the root of the heap's area, but no less than a pixel) at which colours are seen, and
+#: thresholds of the log odds (a factor of 2.7 each): the angle is the median of all of them, their scatter the uncertainty of
+#: the segmentation.
 BLUR_RATIOS = np.array([0.01, 0.017, 0.028])
 THRESHOLDS = (-1.0, 0.0, 1.0)
 #: Distance over the blur by which an outline is moved to the strongest edge, at most.
 SNAP_RATIO = 3.0
-#: Standard uncertainty in degrees beyond which a picture says too little of an angle.
+#: Blurred outlines are straighter than sharp ones by themselves; they are better where they are straighter by more than this.
+MUCH_STRAIGHTER = 2.0
+#: Standard uncertainty in degrees, without that of the flanks, beyond which a picture says too little of an angle.
 MOST_UNCERTAIN_DEG = 3.0
 #: Masks that are measured before a photograph is refused.
 MOST_CANDIDATES = 3
@@ -149,19 +152,17 @@ def measured_from(photo: Photo, mask: np.ndarray, ground: Ground | None) -> Heap
         region = refine(entries_of(photo, blur, ground), mask, blur)
         change = edges(photo.colours, blur)
         for threshold in THRESHOLDS:
-            variant = snapped(region.at(threshold), change, SNAP_RATIO * blur)
+            rough = region.at(threshold)
             try:
-                outline = outline_of(variant, ground)
-                check_flanks(outline)
+                variants.append(best_of(rough, snapped(rough, change, SNAP_RATIO * blur), ground))
             except NoHeap as error:
                 refusals.append(error)
-            else:
-                variants.append((variant, outline))
     n = len(variants) + len(refusals)
     if len(refusals) > MOST_REFUSED * n:
         raise NoHeap(f"is uncertain: for {len(refusals)} of {n} blurs and thresholds it {refusals[0]}")
     outlines = [outline for _, outline in variants]
-    left, right = (float(np.mean([getattr(o, side).angle_deg for o in outlines])) for side in ("left", "right"))
+    sides = np.array([(o.left.angle_deg, o.right.angle_deg) for o in outlines])
+    left, right = (float(angle) for angle in np.median(sides, axis=0))
     middle, outline = variants[len(variants) // 2]
     turn = outline.ground.tilt_error_deg
     turned = [outline_of(middle, outline.ground.turned(sign * turn)).angle_deg for sign in (-1.0, 1.0)]
@@ -178,9 +179,29 @@ def measured_from(photo: Photo, mask: np.ndarray, ground: Ground | None) -> Heap
         tilt_deg=float(np.abs(np.subtract(turned, outline.angle_deg)).max()),
         view_deg=angle - seen_slope(angle, RAISED_DEG, DISTANCE_RATIO),
     )
-    if heap.reading_deg > MOST_UNCERTAIN_DEG:
-        raise NoHeap(f"has {angle:.0f} +- {heap.reading_deg:.1f} deg, where {MOST_UNCERTAIN_DEG:.0f} deg are the most uncertainty")
+    blunt = float(np.sqrt(heap.fit_deg**2 + heap.segmentation_deg**2 + heap.tilt_deg**2))
+    if blunt > MOST_UNCERTAIN_DEG:
+        raise NoHeap(f"shows an angle to +- {blunt:.1f} deg only, where {MOST_UNCERTAIN_DEG:.0f} are the most")
     return heap
+
+
+def best_of(rough: np.ndarray, sharp: np.ndarray, ground: Ground | None) -> tuple[np.ndarray, Outline]:
+    """The sharp mask and its outline, or the rough one's where that has much straighter lines. Raises NoHeap if neither is a heap.
+
+    Where the heap has the brightness of what is behind it, only its roughness tells them apart, and a sharp edge goes from grain
+    to grain.
+    """
+    heaps, failures = [], []
+    for mask, factor in ((sharp, 1.0), (rough, MUCH_STRAIGHTER)):
+        try:
+            outline = outline_of(mask, ground)
+            check_flanks(outline)
+            heaps.append((factor * outline.departure, mask, outline))
+        except NoHeap as error:
+            failures.append(error)
+    if not heaps:
+        raise failures[0]
+    return min(heaps, key=lambda heap: heap[0])[1:]
 
 
 def entries_of(photo: Photo, blur: float, ground: Ground | None) -> np.ndarray:

@@ -22,6 +22,8 @@ GROUND_BAND = (0.1, 0.9)
 MOST_UNEVEN = 0.1
 #: A camera held by hand is level to a few degrees.
 MOST_TILT_DEG = 10.0
+#: Standard error of the tilt in degrees, beyond which the lower edge is no plate.
+MOST_TILT_ERROR_DEG = 3.0
 #: Width at 80 % of the height over the width at 20 %: a cone has 0.25, a heap with a flat top of a fifth of its base 0.43,
 #: a parabola 0.5, a half circle 0.61, a box 1.
 MOST_BLUNT = 0.45
@@ -33,7 +35,7 @@ SECOND_HUMP = 0.1
 MOST_BENT = 0.05
 #: Angles of a flank that a heap can have, and of its two flanks against each other.
 FLANKS_DEG = (5.0, 70.0)
-MOST_SKEW_DEG = 20.0
+MOST_SKEW_DEG = 10.0
 
 
 class NoHeap(CalibrationError):
@@ -122,6 +124,10 @@ def ground_under(mask: np.ndarray) -> Ground:
     tilt, error = float(np.degrees(np.arctan(-slope))), float(np.degrees(slope_error(columns, departures)))
     if abs(tilt) > MOST_TILT_DEG:
         raise NoHeap(f"has a lower edge that is inclined by {tilt:.0f} deg, where {MOST_TILT_DEG:.0f} are the most")
+    if error > MOST_TILT_ERROR_DEG:
+        raise NoHeap(
+            f"has a lower edge whose tilt is known to +- {error:.1f} deg only; GROUND=x0,y0,x1,y1 can say where the heap stands"
+        )
     return Ground(x=x, y=float(level), tilt_deg=tilt, tilt_error_deg=error, departure=departure)
 
 

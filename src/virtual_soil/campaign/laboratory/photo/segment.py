@@ -70,7 +70,7 @@ def palette_map(colours: np.ndarray, blur: float) -> np.ndarray:
 
 def histogram(entries: np.ndarray) -> np.ndarray:
     """Number of pixels of each palette entry, along the last axis of (..., pixels); entry NONE is not counted."""
-    rows = entries.reshape(-1, entries.shape[-1])
+    rows = entries.reshape(int(np.prod(entries.shape[:-1])), -1)
     bins = NONE + 1
     counts = np.bincount((rows + bins * np.arange(len(rows), dtype=np.int64)[:, None]).ravel(), minlength=bins * len(rows))
     return counts.reshape(*entries.shape[:-1], bins)[..., :NONE].astype(float)
