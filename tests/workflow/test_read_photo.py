@@ -86,6 +86,8 @@ def test_flanks_of_a_sharp_triangle_are_exact_under_tilt(angle, tilt):
     assert (outline.left.angle_deg, outline.right.angle_deg) == pytest.approx((angle, angle + 4.0), abs=0.3)
     assert outline.angle_deg == pytest.approx(angle + 2.0, abs=0.2)
     check_flanks(outline)
+    turned = outline_of(triangle_mask(angle, angle + 4.0, tilt, height=80.0), outline.ground.turned(2.0))
+    assert (turned.left.angle_deg, turned.right.angle_deg) == pytest.approx((angle - 2.0, angle + 6.0), abs=0.4)
 
 
 @pytest.mark.parametrize("view_deg", [0.0, 50.0])
@@ -290,6 +292,7 @@ def test_several_photographs_are_averaged_and_make_a_line_of_a_soil_file(tmp_pat
     # equal readings are no better than each of them, and share the view
     alike = [replace(heaps[0], flanks_deg=1.0)] * 4
     assert mean_of(alike)[1] == pytest.approx(np.hypot(alike[0].reading_deg / 2, alike[0].view_deg))
+    assert heaps[0].view_deg == pytest.approx(29.0 - seen_slope(29.0, 5.0, 10.0), abs=0.02)
     assert mean_of(heaps[:1]) == pytest.approx((heaps[0].angle_deg, heaps[0].uncertainty_deg))
     (tmp_path / "sand.yaml").write_text(soil_line(heaps) + "\n")
     (row,) = measure_soil(tmp_path / "sand.yaml").to_dict("records")
@@ -300,6 +303,18 @@ def test_several_photographs_are_averaged_and_make_a_line_of_a_soil_file(tmp_pat
 def test_a_photograph_given_twice_is_refused(tmp_path):
     with pytest.raises(CalibrationError, match=r"PHOTO is a\.png twice; allowed: different photographs"):
         read_photos([Path("a.png"), tmp_path / "b.png", Path("a.png")], folder=tmp_path / "drawn")
+
+
+def test_a_given_ground_cuts_off_a_plate_that_looks_like_the_heap(tmp_path):
+    picture = np.asarray(photograph(Scene(angle_deg=30.0))).copy()
+    plate = picture[int(GROUND) :]
+    sand = picture[int(GROUND) - 30 : int(GROUND) - 5, 190:290]
+    plate[:] = np.tile(sand, (4, 5, 1))[: plate.shape[0], : plate.shape[1]]
+    path = saved(tmp_path, picture)
+    with pytest.raises(CalibrationError, match="no heap found"):
+        read_heap(path)
+    heap = read_heap(path, ground=(50.0, GROUND, 430.0, GROUND))
+    assert heap.angle_deg == pytest.approx(30.0, abs=0.5)
 
 
 @pytest.mark.parametrize("given", ["1,2,3", "a,b,c,d", "1,2,3,nan"])

@@ -31,8 +31,6 @@ BLUR_RATIOS = np.array([0.01, 0.017, 0.028])
 THRESHOLDS = (-1.0, 0.0, 1.0)
 #: Distance over the blur by which an outline is moved to the strongest edge, at most.
 SNAP_RATIO = 3.0
-#: Blurred outlines are straighter than sharp ones by themselves; they are better where they are straighter by more than this.
-MUCH_STRAIGHTER = 2.0
 #: Standard uncertainty in degrees, without that of the flanks, beyond which a picture says too little of an angle.
 MOST_UNCERTAIN_DEG = 3.0
 #: Masks that are measured before a photograph is refused.
@@ -154,7 +152,8 @@ def measured_from(photo: Photo, mask: np.ndarray, ground: Ground | None) -> Heap
         for threshold in THRESHOLDS:
             rough = region.at(threshold)
             try:
-                variants.append(best_of(rough, snapped(rough, change, SNAP_RATIO * blur), ground))
+                # where the heap is as bright as what is behind it, roughness alone tells them apart, and a snapped edge is ragged
+                variants.append(heap_of([snapped(rough, change, SNAP_RATIO * blur), rough], ground))
             except NoHeap as error:
                 refusals.append(error)
     n = len(variants) + len(refusals)
@@ -185,23 +184,18 @@ def measured_from(photo: Photo, mask: np.ndarray, ground: Ground | None) -> Heap
     return heap
 
 
-def best_of(rough: np.ndarray, sharp: np.ndarray, ground: Ground | None) -> tuple[np.ndarray, Outline]:
-    """The sharp mask and its outline, or the rough one's where that has much straighter lines. Raises NoHeap if neither is a heap.
-
-    Where the heap has the brightness of what is behind it, only its roughness tells them apart, and a sharp edge goes from grain
-    to grain.
-    """
-    heaps, failures = [], []
-    for mask, factor in ((sharp, 1.0), (rough, MUCH_STRAIGHTER)):
+def heap_of(masks: Sequence[np.ndarray], ground: Ground | None) -> tuple[np.ndarray, Outline]:
+    """The first mask that is a heap, and its outline. Raises NoHeap, that of the first, if none is."""
+    failures = []
+    for mask in masks:
         try:
             outline = outline_of(mask, ground)
             check_flanks(outline)
-            heaps.append((factor * outline.departure, mask, outline))
         except NoHeap as error:
             failures.append(error)
-    if not heaps:
-        raise failures[0]
-    return min(heaps, key=lambda heap: heap[0])[1:]
+        else:
+            return mask, outline
+    raise failures[0]
 
 
 def entries_of(photo: Photo, blur: float, ground: Ground | None) -> np.ndarray:
