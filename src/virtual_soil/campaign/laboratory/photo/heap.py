@@ -31,8 +31,8 @@ BLUR_RATIOS = np.array([0.01, 0.017, 0.028])
 THRESHOLDS = (-1.0, 0.0, 1.0)
 #: Distance over the blur by which an outline is moved to the strongest edge, at most.
 SNAP_RATIO = 3.0
-#: Standard uncertainty in degrees, without that of the flanks, beyond which a picture says too little of an angle.
-MOST_UNCERTAIN_DEG = 3.0
+#: Standard uncertainty of a reading in degrees, beyond which it is open what was seen; a heap ten grains high reads to 3 deg.
+MOST_UNCERTAIN_DEG = 4.0
 #: Masks that are measured before a photograph is refused.
 MOST_CANDIDATES = 3
 #: Part of the variants that may have no heap's outline.
@@ -178,9 +178,8 @@ def measured_from(photo: Photo, mask: np.ndarray, ground: Ground | None) -> Heap
         tilt_deg=float(np.abs(np.subtract(turned, outline.angle_deg)).max()),
         view_deg=angle - seen_slope(angle, RAISED_DEG, DISTANCE_RATIO),
     )
-    blunt = float(np.sqrt(heap.fit_deg**2 + heap.segmentation_deg**2 + heap.tilt_deg**2))
-    if blunt > MOST_UNCERTAIN_DEG:
-        raise NoHeap(f"shows an angle to +- {blunt:.1f} deg only, where {MOST_UNCERTAIN_DEG:.0f} are the most")
+    if heap.reading_deg > MOST_UNCERTAIN_DEG:
+        raise NoHeap(f"shows {angle:.0f} deg to +- {heap.reading_deg:.1f} deg only, where {MOST_UNCERTAIN_DEG:.0f} are the most")
     return heap
 
 
