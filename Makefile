@@ -66,6 +66,9 @@ twin: setup  ## simulate 20 virtual soils with known grain parameters: do the st
 read-lab: setup  ## show what is understood of a laboratory file: FILE=<soil file, AGS4, or shear tests with AREA=<m2>>
 	@$(BIN)/python -m virtual_soil.report.read_lab $(FILE) $(if $(AREA),--area $(AREA))
 
+angle: setup  ## read the angle of repose from photographs of heaps: PHOTO="<files>", BOX=<l,t,r,b>, GROUND=<x0,y0,x1,y1>
+	@$(BIN)/python -m virtual_soil.report.read_photo $(PHOTO) $(if $(BOX),--box=$(BOX)) $(if $(GROUND),--ground=$(GROUND))
+
 first-answer: setup  ## calibrate a soil on docs/reference in seconds, without simulations: SOIL=<name or file>
 	$(BIN)/snakemake -c$(CORES) first_answer --quiet host progress reason $(if $(SOIL),--config soil=$(SOIL))
 
@@ -115,5 +118,6 @@ settings: setup  ## generate config/schema.yaml, config/config.yaml and docs/con
 help:  ## print this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## */\1\t/' | expand -t 12
 
-.PHONY: campaign status new-study setup test test-slurm lint format smoke paper reference twin read-lab first-answer check-results \
-	check-engine check-peers verify verify-peers settings paper-optima bench bench-quick bench-scale bench-planning notebook docs lock help
+.PHONY: campaign status new-study setup test test-slurm lint format smoke paper reference twin read-lab angle first-answer \
+	check-results check-engine check-peers verify verify-peers settings paper-optima bench bench-quick bench-scale bench-planning \
+	notebook docs lock help
