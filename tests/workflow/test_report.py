@@ -25,6 +25,7 @@ REPORT = ROOT / "src" / "virtual_soil" / "report"
 OF_EXPERIMENT = {
     "NAME": str, "TITLE": str, "SPECIMEN": str, "RESPONSES": dict, "FIGURES": dict,
     "STAGE": str, "CUT": bool, "EYE": tuple, "FLAT": bool, "DISPLACED_SINCE": str, "ASSUMPTIONS": tuple, "REMARKS": dict,
+    "SHEARED": tuple, "SOLID_FRACTIONS": dict,
 }  # fmt: skip
 DONE_BY_EXPERIMENT = ("figures", "views", "packed_views", "period_m", "colour", "title", "facts")
 OF_SECTION = {"NAME": str, "TITLE": str, "HEADING": str, "LINKS": dict, "FIGURES": dict, "TABLES": dict}
@@ -216,7 +217,8 @@ def test_the_best_simulated_points_are_those_nearest_to_the_targets():
     line = {"case": "sand", "response": "angle_of_repose", "target": 30.0, "target_se": 1.0, "match": "misses"}
     tables["verification"] = pd.DataFrame([line])
     config = defaults(Study) | {"experiments": ["repose"], "optimise": {"cases": [{"case": "sand"}]}}
-    study = SimpleNamespace(config=config, tables=tables, every=tables, responses={"angle_of_repose": ANGLE})
+    shown = {name: VARIABLES[name] for name in config["design"]["variables"]}
+    study = SimpleNamespace(config=config, tables=tables, every=tables, responses={"angle_of_repose": ANGLE}, variables=shown)
     table = best_table(study)
     assert table["r (µm)"].tolist() == ["100.0", "50.0", "200.0"]
     se = np.sqrt(0.5) / np.sqrt(2)

@@ -128,7 +128,7 @@ def test_points_are_named_and_the_answer_comes_first():
     assert table["label"].tolist() == [
         "µs 0.9, µr 0.2, r 70 µm (optimum of moon dust)",
         "µs 0.3, µr 0.1, r 50 µm (base set)",
-        "µs 0.3, µr 0.1, r 50 µm, ρ 4000",
+        "µs 0.3, µr 0.1, r 50 µm, ρ 4000 kg/m³",
     ]
 
 

@@ -9,7 +9,7 @@ Every module declares the names in DECLARED:
 - period_m(setup), the period of its simulation box along y in m, 0 if there is none;
 - EYE, position of the camera in the 3D view, FLAT, True if the specimen is seen edge on, and DISPLACED_SINCE, the start of the
   displacements shown there;
-- SHEARED, the column of its history over which it is sheared, factor to the printed unit and words, or None; SOLID_FRACTIONS,
+- SHEARED, the column of its history over which it is sheared, factor to the printed unit and words, or (); SOLID_FRACTIONS,
   columns of solid fractions -> the soil's state in words;
 - STAGE that is filmed, colour(grains), title(frame, row, settings) and CUT, True if the film shows the half behind the plane y = 0;
 - REMARKS, name of a section -> function from the study to its sentences on this test; ASSUMPTIONS.

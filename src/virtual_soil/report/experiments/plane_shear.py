@@ -33,7 +33,7 @@ ASSUMPTIONS = (
     "Steady strength is the mean over the last half of the strain, which a test adds to until that mean no longer drifts.",
 )
 
-#: Column of the history along which specimens are sheared, factor to the printed unit, words; None: they are not.
+#: Column of the history along which specimens are sheared, factor to the printed unit, words; empty: they are not.
 SHEARED = ("shear_strain", 1.0, "shear strain")
 #: Column of a solid fraction -> state of the soil in words.
 SOLID_FRACTIONS = {"solid_fraction": "prepared for plane shear", "steady_solid_fraction": "steadily sheared"}

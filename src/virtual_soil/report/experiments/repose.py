@@ -27,8 +27,8 @@ EYE, FLAT = (0.9, -1.6, 0.7), False
 DISPLACED_SINCE = "since the tube was filled"
 ASSUMPTIONS = ("Tube and plate have the friction and stiffness of the grains.", "Heaps are poured with full friction.")
 
-#: Column of the history along which specimens are sheared, factor to the printed unit, words; None: they are not.
-SHEARED = None
+#: Column of the history along which specimens are sheared, factor to the printed unit, words; empty: they are not.
+SHEARED: tuple = ()
 #: Column of a solid fraction -> state of the soil in words.
 SOLID_FRACTIONS = {"poured_solid_fraction": "poured into the tube"}
 #: Heaps at Table 2's points should come this near to EDEM's.

@@ -33,7 +33,7 @@ ASSUMPTIONS = (
     "Strength is the plateau, and normal stress that on the shear plane, unless configured otherwise.",
 )
 
-#: Column of the history along which specimens are sheared, factor to the printed unit, words; None: they are not.
+#: Column of the history along which specimens are sheared, factor to the printed unit, words; empty: they are not.
 SHEARED = ("displacement_m", 1e3, "displacement of the lower frame (mm)")
 #: Column of a solid fraction -> state of the soil in words.
 SOLID_FRACTIONS = {"solid_fraction": "prepared in the shear box"}
