@@ -4,14 +4,18 @@ import copy
 import math
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from virtual_soil.calibration.errors import CalibrationError
-from virtual_soil.campaign.apparatus import apparatus, with_gravity
+from virtual_soil.campaign.apparatus import apparatus, laboratory_curve, with_gravity
 from virtual_soil.campaign.design import campaign_loads
 from virtual_soil.campaign.experiments.plane_shear import declared as plane_shear
+from virtual_soil.campaign.experiments.registry import responses_of, with_optional
 from virtual_soil.campaign.experiments.repose import declared as repose
 from virtual_soil.campaign.experiments.shear import declared as shear
+from virtual_soil.campaign.experiments.shear.measure import curve_distance
 from virtual_soil.campaign.sections import Study
 from virtual_soil.campaign.settings import defaults
 from virtual_soil.campaign.soils import measure_soil
@@ -200,3 +204,41 @@ def test_one_campaign_has_one_apparatus(tmp_path):
     config = copy.deepcopy(study())
     apparatus(config, [first])
     assert config == study()
+
+
+def curves(folder, weight=1.0):
+    """A study whose case asks for the distance from the curves of its soil, the example's."""
+    for name in ("example.yaml", "shear_box.csv"):
+        (folder / name).write_bytes((EXAMPLE / name).read_bytes())
+    config = defaults(Study) | {"experiments": ["shear"]}
+    config["optimise"]["cases"] = [{"case": "a", "soil": "example", "weights": {"curve_distance": weight, "friction_angle": 1.0}}]
+    return config, [str(folder / "example.yaml")]
+
+
+def test_the_distance_from_the_laboratorys_curve_is_measured_if_a_case_asks_for_it(tmp_path):
+    config, files = curves(tmp_path)
+    curve = laboratory_curve(config, files)
+    assert [round(test["normal_stress_pa"], -3) for test in curve] == [25e3, 50e3, 100e3, 200e3]
+    assert with_optional(config) == ["shear", "curve_distance"]
+    assert "curve_distance" in responses_of(with_optional(config))
+    without, files = curves(tmp_path, weight=0.0)
+    assert laboratory_curve(without, files) is None
+    assert "curve_distance" not in responses_of(with_optional(without))
+    config["optimise"]["cases"][0]["soil"] = "other"
+    with pytest.raises(CalibrationError, match="weight curve_distance of other is no shear curves; allowed: a soil file"):
+        laboratory_curve(config, files)
+
+
+def test_the_distance_of_a_curve_from_itself_and_from_a_shifted_one_is_known():
+    u = np.linspace(0.0, 4e-3, 50)
+    ratio = 0.6 * np.tanh(u / 5e-4)
+    history = pd.DataFrame({"displacement_m": u, "shear_stress_pa": 1e5 * ratio, "plane_normal_stress_pa": 1e5})
+    history["applied_normal_stress_pa"] = 1e5
+    theirs = [{"normal_stress_pa": 1.02e5, "displacement_m": u.tolist(), "stress_ratio": (ratio + 0.05).tolist()}]
+    assert curve_distance(history, theirs, None) == pytest.approx(0.05)
+    assert curve_distance(history, [{**theirs[0], "stress_ratio": ratio.tolist()}], [1e-3, 2e-3]) == pytest.approx(0.0, abs=1e-12)
+    bent = [{**theirs[0], "stress_ratio": np.where(u > 2e-3, ratio + 0.2, ratio).tolist()}]
+    assert curve_distance(history, bent, [0.0, 1.9e-3]) == pytest.approx(0.0, abs=1e-12)
+    assert curve_distance(history, bent, [2.2e-3, 9.0]) == pytest.approx(0.2)
+    assert math.isnan(curve_distance(history, [{**theirs[0], "normal_stress_pa": 5e4}], None))
+    assert math.isnan(curve_distance(history, None, None))

@@ -4,7 +4,7 @@ import sys
 
 from snakemake.exceptions import WorkflowError
 
-from virtual_soil.campaign.apparatus import apparatus, with_gravity
+from virtual_soil.campaign.apparatus import apparatus, laboratory_curve, with_gravity
 from virtual_soil.campaign.batches import (
     NAME,
     batches,
@@ -23,6 +23,7 @@ from virtual_soil.campaign.experiments.registry import (
     REDUCED,
     RESPONSES,
     chosen,
+    with_optional,
 )
 from virtual_soil.campaign.folders import check_folders
 from virtual_soil.campaign.provenance import versions
@@ -79,6 +80,8 @@ SOIL_FILES = soil_files(config, CHECKOUT)
 config.update(in_declared_order(config, Study))
 config.update(in_words(apparatus, config, SOIL_FILES))
 config["engine"] = with_gravity(config["engine"])
+config["shear"]["curve"] = in_words(laboratory_curve, config, SOIL_FILES)
+config["experiments"] = with_optional(config)
 config["material"] = with_walls(config)
 config["design"] = in_words(normal_form, config)
 config["twins"], LEFT_OUT = fitting_twins(config)

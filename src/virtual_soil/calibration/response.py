@@ -26,6 +26,7 @@ class Response:
     smallest_scale : errors relative to the target are taken relative to at least this, in `unit`.
     of_consequence, decisive_error : smallest difference that matters to a user, and the standard error that a simulated mean needs
         to decide whether it meets a target, in `unit`; defaults of the settings.
+    optional : True if it is measured only where a case of the study has a weight for it.
     sweep_form : default form of g, "quadratic" or "log" (see `calibration.surrogate`).
     """
 
@@ -42,6 +43,7 @@ class Response:
     smallest_scale: float = 0.0
     of_consequence: float = 1.0
     decisive_error: float = 1.0
+    optional: bool = False
     sweep_form: str = "quadratic"
 
     @property

@@ -2,12 +2,17 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from virtual_soil.calibration.errors import demand
 from virtual_soil.campaign import settings
 from virtual_soil.campaign.experiments.apparatus import GRAVITIES_M_S2, SECTIONS
 from virtual_soil.campaign.experiments.shear.curves import NOMINAL
 from virtual_soil.campaign.experiments.shear.laboratory import ENTRY, understood
 from virtual_soil.campaign.soils import soil_content
+
+#: Response that compares curves.
+CURVE_DISTANCE = "curve_distance"
 
 
 def apparatus(config: dict, soil_files: list[str]) -> dict[str, dict]:
@@ -54,3 +59,27 @@ def with_gravity(engine: dict) -> dict:
     """The engine's settings with gravity as a number; it may be given by name."""
     gravity = engine["gravity_m_s2"]
     return engine | {"gravity_m_s2": GRAVITIES_M_S2[gravity] if isinstance(gravity, str) else gravity}
+
+
+def laboratory_curve(config: dict, soil_files: list[str]) -> list[dict] | None:
+    """The laboratory's shear curves that `curve_distance` is measured from; None if no case has a weight for it.
+
+    Raises CalibrationError unless the cases that have one are about one soil, whose file names its curves.
+    """
+    asked = sorted({case["soil"] for case in config["optimise"]["cases"] if case["weights"].get(CURVE_DISTANCE)})
+    if not asked:
+        return None
+    demand(len(asked) == 1, "optimise.cases: soils with a weight for curve_distance", asked, "one")
+    paths = [Path(path) for path in soil_files if Path(path).stem == asked[0]]
+    entry = soil_content(paths[0]).get(ENTRY) if paths else None
+    tests = understood(paths[0], entry) if entry is not None else None
+    curves = tests.curves if tests is not None else []
+    demand(bool(curves), f"optimise.cases: weight curve_distance of {asked[0]}", "no shear curves", f"a soil file with {ENTRY}")
+    return [
+        {
+            "normal_stress_pa": float(np.median(curve.normal_stress_pa)),
+            "displacement_m": curve.displacement_m.tolist(),
+            "stress_ratio": (curve.shear / curve.normal_stress_pa).tolist(),
+        }
+        for curve in curves
+    ]

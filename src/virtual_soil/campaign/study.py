@@ -22,7 +22,7 @@ from virtual_soil.campaign import settings, yamls
 from virtual_soil.campaign.cost import expected_s
 from virtual_soil.campaign.described import LARGEST, described, shortened
 from virtual_soil.campaign.design import DESIGNED, expand
-from virtual_soil.campaign.experiments.registry import BY_NAME, BY_RESPONSE, LOADS, chosen, responses_of
+from virtual_soil.campaign.experiments.registry import BY_NAME, BY_RESPONSE, LOADS, chosen, responses_of, with_optional
 from virtual_soil.campaign.sections import USUAL_TERMS, Engine, Material, Study
 from virtual_soil.campaign.settings import NAME
 from virtual_soil.campaign.soils import laboratory_files, measure_soil
@@ -338,7 +338,7 @@ def check_soils(config: dict, checkout: str | Path = ".") -> None:
     try:
         measured = {Path(path).stem: measure_soil(path) for path in soil_files(config, checkout)}
         targets = {soil: set(table["property"]) for soil, table in measured.items()}
-        known, responses = [*config["soils"], *config["twins"]], responses_of(config["experiments"])
+        known, responses = [*config["soils"], *config["twins"]], responses_of(with_optional(config))
         for case in config["optimise"]["cases"]:
             demand(case["soil"] in known, f"optimise.cases: soil of {case['case']}", case["soil"], f"one of {known}")
             wanted = set(weighted(case, responses))

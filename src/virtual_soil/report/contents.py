@@ -5,6 +5,7 @@ from pathlib import Path
 
 from snakemake.io import report
 
+from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report.curves import sheared_test
 from virtual_soil.report.experiments import EXPERIMENTS
 from virtual_soil.report.sections import SECTIONS, answer
@@ -26,6 +27,7 @@ def figure_names(config: dict, laboratory: Collection[str] = ()) -> list[str]:
     others = [experiment for experiment in EXPERIMENTS if experiment.NAME not in config["experiments"]]
     absent = {name for experiment in others for name in (*experiment.FIGURES, *experiment.RESPONSES)}
     absent |= set() if laboratory else {"laboratory"}
+    absent |= {name for name, response in RESPONSES.items() if response.optional and name not in config["experiments"]}
     compared = {case["soil"] for case in config["optimise"]["cases"]} & set(laboratory)
     offered = {"", *offers(config), *(["curves"] if compared and sheared_test(config) else [])}
     return [name for name, entry in ENTRIES.items() if name not in absent and entry.needs in offered]

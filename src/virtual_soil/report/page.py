@@ -15,7 +15,7 @@ from virtual_soil.campaign.experiments.registry import BY_NAME
 from virtual_soil.campaign.study import experiment_settings
 from virtual_soil.report import pack, plots, views
 from virtual_soil.report.contents import ENTRIES, FOLDER, caption
-from virtual_soil.report.experiments import measured, of_study, runs
+from virtual_soil.report.experiments import measured_in, of_study, runs
 from virtual_soil.report.items import Item
 from virtual_soil.report.quantities import axis_label, enumerated
 from virtual_soil.report.sections import SECTIONS
@@ -138,7 +138,7 @@ def response_views(study: Study) -> dict:
         kinds["published"] = published()
     points = {name: known_points(study.every, response) for name, response in study.responses.items()}
     return {
-        "responses": {response.name: axis_label(response.name) for response in measured(of_study(study.config))},
+        "responses": {response.name: axis_label(response.name) for response in measured_in(study.config)},
         "surfaces": views.surface_view(kinds, radii, points),
         "iso": views.iso_view(tables["calibration"], tables["posterior"], tables["equivalents"], radii),
     }

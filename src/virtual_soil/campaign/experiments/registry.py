@@ -30,5 +30,12 @@ def chosen(names: Collection[str]) -> tuple[ModuleType, ...]:
 
 
 def responses_of(names: Collection[str]) -> Responses:
-    """Responses that a study's experiments measure, by name."""
-    return {response.name: response for experiment in chosen(names) for response in experiment.RESPONSES}
+    """Responses that a study's experiments measure, by name; names : of experiments, and of optional responses asked for."""
+    every = (response for experiment in chosen(names) for response in experiment.RESPONSES)
+    return {response.name: response for response in every if not response.optional or response.name in names}
+
+
+def with_optional(config: dict) -> list[str]:
+    """A study's experiments, and the optional responses that its cases have a weight for."""
+    weighted = {name for case in config["optimise"]["cases"] for name, weight in case["weights"].items() if weight}
+    return [*config["experiments"], *(name for name, response in RESPONSES.items() if response.optional and name in weighted)]

@@ -51,6 +51,12 @@ def measured(experiments: Iterable[ModuleType]) -> dict[Response, str | None]:
     return {registry.RESPONSES[name]: figure for experiment in experiments for name, figure in experiment.RESPONSES.items()}
 
 
+def measured_in(config: dict) -> list[Response]:
+    """Responses of a study in the order of its experiments in the report."""
+    asked = registry.responses_of(config["experiments"])
+    return [response for response in measured(of_study(config)) if response.name in asked]
+
+
 def remarks(section: str, study: Study) -> list[str]:
     """Sentences of a section on single experiments."""
     told = [experiment.REMARKS[section] for experiment in of_study(study.config) if section in experiment.REMARKS]

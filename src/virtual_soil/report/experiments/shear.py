@@ -17,7 +17,7 @@ from virtual_soil.report.text import number
 from virtual_soil.report.views import run_label
 
 NAME, TITLE, SPECIMEN = "shear", "Direct shear", "shear box"
-RESPONSES = {"friction_angle": None, "cohesion": None}
+RESPONSES = {"friction_angle": None, "cohesion": None, "curve_distance": None}
 FIGURES = {
     "shear_box": Entry("Figure 3: shear box"),
     "shear_curves": Entry("Figure 4: shear curves", view="shear", hint="Choose any point of the study."),

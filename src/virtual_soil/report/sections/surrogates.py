@@ -7,7 +7,7 @@ import pandas as pd
 from virtual_soil.calibration.paper import published
 from virtual_soil.campaign.design import DESIGNED
 from virtual_soil.report import experiments, response_plots
-from virtual_soil.report.experiments import EXPERIMENTS, measured, of_study
+from virtual_soil.report.experiments import EXPERIMENTS, measured, measured_in, of_study
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.quantities import enumerated, symbol
 from virtual_soil.report.study import Study, known_points, offers
@@ -71,7 +71,7 @@ def words(study: Study) -> dict:
         "experiments": tests,
         "specimens": " or ".join(experiment.SPECIMEN for experiment in tests),
         "since": ", or ".join(dict.fromkeys(experiment.DISPLACED_SINCE for experiment in tests)),
-        "responses": [response.name for response in measured(tests)],
+        "responses": [response.name for response in measured_in(study.config)],
         "polynomials": bool(study.models["quadratic"]),
         "remarks": [*experiments.remarks(NAME, study), *fit_remarks(study.models["chosen"])],
     }
@@ -98,8 +98,7 @@ def response_figures(study: Study) -> dict[str, Item]:
         )
     if "grid" in offered:
         items |= {
-            response.name: response_figure(study, response.name, points[response.name])
-            for response in measured(of_study(study.config))
+            response.name: response_figure(study, response.name, points[response.name]) for response in measured_in(study.config)
         }
         items["residuals"] = Item(
             response_plots.residual_map(study.residuals, radius_m),

@@ -63,6 +63,18 @@ RESPONSES = (
         of_consequence=2.0,
         decisive_error=0.5,
     ),
+    Response(
+        name="curve_distance",
+        column="curve_distance",
+        unit="1",
+        symbol="Δ(τ/σ)",
+        table="shear",
+        signed=True,  # its target is zero
+        usual=(0.0, 2.0),
+        of_consequence=0.02,
+        decisive_error=0.01,
+        optional=True,
+    ),
 )
 #: Column of the load of a simulation.
 LOAD = "normal_stress_pa"
@@ -74,7 +86,7 @@ REDUCED = ("strength",)
 MEASURED_FROM = "history"
 
 #: Keys of its section that act on measuring and on reducing, not on the simulations.
-MEASURED_BY: tuple[str, ...] = ()
+MEASURED_BY = ("curve_range_m", "curve")
 REDUCED_BY = ("strength", "normal_stress")
 #: Entry of a soil file that `laboratory` reads.
 LABORATORY = "direct_shear_csv"
@@ -131,6 +143,12 @@ class Settings:
         maximum=1,
         note="Below 1 the specimen is tamped, at 1 poured. Poured grains with high sliding and rolling friction form a loose "
         "structure (solid fraction 0.41) that collapses under the lid before it shears.",
+    )
+    curve_range_m: list[float] | None = setting(
+        "displacements between which curve_distance compares a test with the laboratory's curve; null: all that both have",
+        None,
+        minimum=0,
+        of={"minItems": 2, "maxItems": 2},
     )
     strength: str = choice("strength used for the Mohr-Coulomb line", "plateau", ("peak", "plateau"))
     normal_stress: str = choice(
@@ -228,7 +246,7 @@ def canonical(material: dict, config: dict) -> dict:
 
 def setup(config: dict, row: dict) -> dict:
     """Return keyword arguments of the test's Setup and of the engine for one row of the design."""
-    fidelity, not_simulated = config["fidelity"][row["fidelity"]], {*STRESSES, "stresses", *REDUCED_BY}
+    fidelity, not_simulated = config["fidelity"][row["fidelity"]], {*STRESSES, "stresses", *MEASURED_BY, *REDUCED_BY}
     protocol = {key: row.get(key, value) for key, value in config[NAME].items() if key not in not_simulated}
     protocol |= {
         "scale_radius_m": scale_m(config, row),
