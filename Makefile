@@ -69,8 +69,12 @@ read-lab: setup  ## show what is understood of a laboratory file: FILE=<soil fil
 angle: setup  ## read the angle of repose from photographs of heaps: PHOTO="<files>", BOX=<l,t,r,b>, GROUND=<x0,y0,x1,y1>
 	@$(BIN)/python -m virtual_soil.report.read_photo $(PHOTO) $(if $(BOX),--box=$(BOX)) $(if $(GROUND),--ground=$(GROUND))
 
-first-answer: setup  ## calibrate a soil on docs/reference in seconds, without simulations: SOIL=<name or file>
-	$(BIN)/snakemake -c$(CORES) first_answer --quiet host progress reason $(if $(SOIL),--config soil=$(SOIL))
+# what `make first-answer` asks for: the soil and, in SI units, its test; GRAVITY may be earth, moon or mars
+ASKED = $(strip $(if $(SOIL),soil=$(SOIL)) $(if $(RADIUS),radius_m=$(RADIUS)) $(if $(DENSITY),density_kg_m3=$(DENSITY)) \
+	$(if $(GRAVITY),gravity_m_s2=$(GRAVITY)) $(if $(LIFT),lift_speed_m_s=$(LIFT)))
+
+first-answer: setup  ## a soil on docs/reference in seconds: SOIL=<name or file>; optionally RADIUS, DENSITY, GRAVITY, LIFT
+	$(BIN)/snakemake -c$(CORES) first_answer --quiet host progress reason $(if $(ASKED),--config $(ASKED))
 
 check-results: setup  ## list the files of a finished study that differ from its manifest: STUDY=<name>
 	$(BIN)/snakemake -c1 check_manifest --quiet host progress reason $(if $(STUDY),--config study=$(STUDY))

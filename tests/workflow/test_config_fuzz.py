@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from snakemake.utils import update_config
 
+from virtual_soil.campaign import asked
 from virtual_soil.campaign.cost import memory_mb, runtime_min
 from virtual_soil.campaign.study import (
     StudyError,
@@ -87,6 +88,7 @@ def mutated(draw):
 def plan(config):
     """All that is done with a configuration before a job runs, in the order of common.smk; the study's name and its simulations."""
     check_config(config)
+    asked.taken(config)
     first_answer_soils(config.pop("soil", None), config)
     config.pop("checkpoint_interval_s"), config.pop("batch_minutes")
     check_soils(config)

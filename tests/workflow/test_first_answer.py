@@ -1,5 +1,6 @@
 """The first answer: a soil calibrated on the reference tables, without any simulation."""
 
+import json
 import re
 import subprocess
 import sys
@@ -15,7 +16,8 @@ from virtual_soil.campaign.experiments.registry import responses_of
 from virtual_soil.campaign.tables import read_provenance, read_table
 
 REFERENCE = ROOT / "docs" / "reference"
-RESPONSES = responses_of(("repose", "plane_shear"))
+MEASURED = json.loads((REFERENCE / "surrogates.json").read_text(encoding="utf-8"))
+RESPONSES = {name: response for name, response in responses_of(("repose", "plane_shear")).items() if name in MEASURED}
 VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
 
 
@@ -97,6 +99,43 @@ def test_an_unknown_soil_is_refused(tmp_path, soil, message):
     assert message in snakemake(tmp_path, "-n", "first_answer", "--config", f"soil={soil}")
 
 
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        (["soil=lunar_regolith", "radius_m=2e-5"], "lift speed / sqrt(gravity x radius) is 0.357; allowed: up to 0.3193"),
+        (["soil=lunar_regolith", "gravity_m_s2=pluto"], "It means: gravitational acceleration: a number, or earth, moon, mars"),
+        (["soil=lunar_regolith", "radius_m=2"], "radius_m: 2 is unusual; usual: 1e-06 to 0.1"),
+        (["soil=lunar_regolith", "density_kg_m3=0"], "density_kg_m3: 0 is less than or equal to the minimum of 0"),
+        (
+            ["radius_m=2e-3"],
+            "radius_m is given without a soil; allowed: beside soil=..., for its first answer; in a study, material",
+        ),
+    ],
+)
+def test_a_test_that_cannot_be_is_refused_before_anything_runs(tmp_path, asked, message):
+    output = snakemake(tmp_path, "-n", "first_answer", "--config", *asked)
+    assert message in output
+    assert "Traceback" not in output
+    assert "Job stats" not in output
+
+
+@pytest.mark.slow
+def test_it_answers_for_other_grains_under_another_gravity(tmp_path):
+    asked = ["soil=lunar_regolith", "radius_m=4e-3", "gravity_m_s2=moon", "lift_speed_m_s=0.01285", "density_kg_m3=1700"]
+    output = snakemake(tmp_path, "-c1", "first_answer", "--config", *asked)
+    path = str(tmp_path / "results/first_answer/lunar_regolith.parquet")
+    row = read_table(path, "first_answer").iloc[0]
+    assert row["radius_m"] == row["radius_m_low_95"] == row["radius_m_high_95"] == 4e-3
+    reference = pd.read_parquet(REFERENCE / "calibration.parquet").query("surrogate == 'ours' and soil == 'lunar_regolith'").iloc[0]
+    for name in ("static_friction", "rolling_friction"):
+        assert row[f"{name}_low_95"] < reference[f"{name}_high_95"]
+        assert row[f"{name}_high_95"] > reference[f"{name}_low_95"]
+    assert "a tube lifted at 0.01285 m/s under 1.62 m/s2" in output
+    assert re.search("but for what was asked for: density_kg_m3 = 1700, .*, radius_m = 0.004, ", output)
+    assert read_provenance(path)["material"]["density_kg_m3"] == 1700.0
+    assert read_provenance(path)["asked"]["gravity_m_s2"] == 1.62
+
+
 def test_a_soil_file_with_a_gap_is_refused_before_anything_runs(tmp_path):
     (tmp_path / "clay.yaml").write_text("cohesion_pa: {value: , source: unknown}\n")
     output = snakemake(tmp_path, "first_answer", "-c1", "--config", "soil=clay.yaml")
@@ -119,6 +158,14 @@ def test_make_shows_why_it_cannot_answer():
     result = subprocess.run(command, cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, check=False)
     assert result.returncode != 0
     assert "there is no config/soils/green_cheese.yaml; existing soils: " in result.stdout + result.stderr
+
+
+def test_make_passes_the_test_on():
+    given = ["RADIUS=2e-3", "DENSITY=1700", "GRAVITY=moon", "LIFT=0.01"]
+    command = ["make", "-n", "-o", "setup", "-o", ".venv/ready", "first-answer", "SOIL=clay", *given]
+    result = subprocess.run(command, cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, check=True)
+    asked = "soil=clay radius_m=2e-3 density_kg_m3=1700 gravity_m_s2=moon lift_speed_m_s=0.01"
+    assert f"--config {asked}\n" in result.stdout
 
 
 def test_a_soil_without_a_case_has_equal_weights():

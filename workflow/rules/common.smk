@@ -4,6 +4,7 @@ import sys
 
 from snakemake.exceptions import WorkflowError
 
+from virtual_soil.campaign import asked
 from virtual_soil.campaign.apparatus import apparatus, laboratory_curve, with_gravity
 from virtual_soil.campaign.batches import (
     NAME,
@@ -65,7 +66,8 @@ in_words(
     check_files, workflow.overwrite_configfiles or [CHECKOUT / "config/config.yaml"]
 )
 in_words(check_config, config)
-# Remove `soil` from the configuration: it must not trigger reruns.
+# Remove `soil` and the test of a first answer from the configuration: they must not trigger reruns.
+FIRST_ANSWER_TEST = in_words(asked.taken, config)
 FIRST_ANSWERS = in_words(first_answer_soils, config.pop("soil", None), config, CHECKOUT)
 # Nor must the checkpoint interval.
 CHECKPOINT_INTERVAL_S = str(

@@ -1,5 +1,5 @@
 # First answer in seconds, without simulations: calibration on the tables of docs/reference, for one soil (--config soil=...) or for
-# all soils of the study.
+# all soils of the study. For one soil the test may be another one: radius_m, density_kg_m3, gravity_m_s2, lift_speed_m_s.
 
 REFERENCE = file_of_checkout("docs/reference", CHECKOUT)
 # Tables of the responses that the reference campaign measured.
@@ -8,6 +8,13 @@ IN_REFERENCE = [
     for path in sorted(map(str, Path(REFERENCE).glob("*.parquet")))
     if Path(path).stem in (*BY_NAME, *REDUCED)
 ]
+# Density, gravity and lift speed of the reference campaign.
+REFERENCE_TEST = in_words(
+    asked.of_reference, file_of_checkout("config/reference.yaml", CHECKOUT)
+)
+in_words(
+    asked.check, FIRST_ANSWER_TEST, REFERENCE_TEST, f"{REFERENCE}/calibration.parquet"
+)
 
 
 rule estimate_from_reference:
@@ -27,6 +34,8 @@ rule estimate_from_reference:
         optimise=config["optimise"],
         uncertainty=config["uncertainty"],
         floors=FLOORS,
+        asked=FIRST_ANSWER_TEST,
+        simulated=REFERENCE_TEST,
         code=CODE.of_script("estimate_from_reference", *LABORATORY),
     message:
         "Calibrate {wildcards.soil} on the reference tables, without simulations."

@@ -9,8 +9,9 @@ import pandas as pd
 
 from virtual_soil.calibration.checks import reachability_table
 from virtual_soil.calibration.errors import demand
-from virtual_soil.calibration.optimise import LARGE_GRAINS, calibrate, cases_about
+from virtual_soil.calibration.optimise import LARGE_GRAINS, RADIUS, calibrate, cases_about
 from virtual_soil.calibration.response import Responses
+from virtual_soil.calibration.scaling import Scaling
 from virtual_soil.calibration.space import space_of
 from virtual_soil.calibration.uncertainty import likelihood_of, posterior_table, sample
 from virtual_soil.calibration.verify import QUESTIONS, conclusion
@@ -38,7 +39,8 @@ def first_answer(responses: Responses, models: dict, processes: dict, tables: di
     models, processes : by response, that campaign's chosen surrogates and Gaussian processes (see `calibration.from_json`).
     tables : its tables of the responses, by name. soils : the soil table of one soil.
     settings : the campaign's "design"; the "cases" to solve, "optimise" and "uncertainty" of the study, and the "scale" of its
-    objectives (see `calibrate`).
+    objectives (see `calibrate`). For another test than the campaign's, models, processes and design are those of
+    `scaling.Scaling`.
 
     Returns
     -------
@@ -58,6 +60,7 @@ def first_answer(responses: Responses, models: dict, processes: dict, tables: di
     ]
     unverified = pd.DataFrame(columns=["case", "response", *QUESTIONS, "n_spoiled", "max_overlap_ratio"])
     table = conclusion(optima, pd.concat(samples, ignore_index=True), unverified, likelihoods, processes)
+    table = table.assign(**design.get("fixed", {}))
     return table.assign(out_of_reach=",".join(reach.loc[~reach["reachable"], "response"]), basis=BASIS), reach
 
 
@@ -69,11 +72,12 @@ def first_answer_text(
     design: dict,
     material: dict,
     strengths: dict[str, str],
+    scaling: Scaling,
 ) -> str:
     """The answer in a few lines.
 
     material : the reference campaign's, whose design variables the answer replaces. strengths : response -> which strength the
-    reference measured, empty if none.
+    reference measured, empty if none. scaling : the test in terms of the reference's.
     """
     soil = table["soil"].iloc[0]
     lines = [
@@ -90,6 +94,7 @@ def first_answer_text(
         stated, measured = row["strength"], strengths.get(row["property"], "")
         if stated and measured and stated != measured:
             lines.append(f"  {row['property']}: a {stated} strength of the soil, beside the {measured} strength of the reference")
+    lines += conditions(scaling, responses)
     lines += ["", "Can such grains behave like it?"]
     for _, row in reach.iterrows():
         unit = responses[row["response"]].unit
@@ -110,12 +115,33 @@ def first_answer_text(
         for what, said in (("missed by more than two standard deviations", "missed"), ("extrapolated", "extrapolated")):
             if row[said]:
                 lines.append(f"  {what}: {row[said].replace(',', ', ')}")
-    preference = " and prefers large grains" if (table[f"weight_{LARGE_GRAINS}"] > 0).any() else ""
+    prefers = RADIUS in design["variables"] and (table[f"weight_{LARGE_GRAINS}"] > 0).any()
+    preference = " and prefers large grains" if prefers else ""
     held = ", ".join(f"{name} = {value:g}" for name, value in material.items() if name not in design["variables"])
     lines += [
         "",
-        f"Held at the reference's values: {held}.",
+        f"Held at the reference's values{'' if scaling.its_own else ', but for what was asked for'}: {held}.",
         f"The optimum minimises the weighted errors{preference}; the interval holds what is consistent with the soil.",
         "An optimum outside its interval, or an interval as wide as the design, says that the tests do not determine it.",
     ]
     return "\n".join(lines) + "\n"
+
+
+def conditions(scaling: Scaling, responses: Responses) -> list[str]:
+    """The test that the answer is for, if it is not the reference's, and the errors that the scaling adds."""
+    if scaling.known:
+        return []
+    test = scaling.test
+    added = {name: scaling.error(response) for name, response in responses.items()}
+    errors = ", ".join(f"{name} +- {error:.2g} {responses[name].unit}" for name, error in added.items() if error)
+    like = (
+        "The reference has no heap lifted as slowly, for its size and gravity; its slowest stand for it: extrapolated."
+        if scaling.slow
+        else f"At the same lift speed over sqrt(gravity x radius) the reference's grains have {scaling.ratio:.4g} times the radius."
+    )
+    return [
+        "",
+        f"The test: a tube lifted at {test['lift_speed_m_s']:.4g} m/s under {test['gravity_m_s2']:.4g} m/s2.",
+        like,
+        f"Errors added for it (docs/scaling.md): {errors}.",
+    ]

@@ -28,6 +28,9 @@ class Response:
         to decide whether it meets a target, in `unit`; defaults of the settings.
     optional : True if it is measured only where a case of the study has a weight for it.
     sweep_form : default form of g, "quadratic" or "log" (see `calibration.surrogate`).
+    scaling_error : standard error, in `unit`, that is added where a campaign's values are used for other grains, gravities or lift
+        speeds (see `calibration.scaling`); None: not known, so they are not.
+    slow_error : standard error, in `unit`, of the slowest lift of a campaign in place of a slower one; 0: no matter of the lift.
     """
 
     name: str
@@ -45,6 +48,8 @@ class Response:
     decisive_error: float = 1.0
     optional: bool = False
     sweep_form: str = "quadratic"
+    scaling_error: float | None = None
+    slow_error: float = 0.0
 
     @property
     def suffix(self) -> str:

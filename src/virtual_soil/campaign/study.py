@@ -18,7 +18,7 @@ from virtual_soil.calibration.optimise import weighted
 from virtual_soil.calibration.points import point_id
 from virtual_soil.calibration.screening import changed_materials
 from virtual_soil.calibration.space import space_of
-from virtual_soil.campaign import settings, yamls
+from virtual_soil.campaign import asked, settings, yamls
 from virtual_soil.campaign.cost import expected_s
 from virtual_soil.campaign.described import LARGEST, described, shortened
 from virtual_soil.campaign.design import DESIGNED, expand
@@ -53,7 +53,7 @@ def check_config(config: dict) -> None:
     lines = list(oddities(config)) or list(old_weights(config))
     if not lines:
         schema = settings.schema(Study)
-        schema["properties"] |= {"soil": {"type": "string", "minLength": 1, "description": SOIL_KEY}}
+        schema["properties"] |= {"soil": {"type": "string", "minLength": 1, "description": SOIL_KEY}, **asked.rules(schema)}
         lines = (
             described(config, schema)
             or list(reserved_names(config))
@@ -118,6 +118,9 @@ def unusual(config: dict):
     """Yield a line for every number outside its usual range: most often it is in another unit. Keys in `insist` are left out."""
     ranges = {key: field.metadata["usual"] for key, field, _ in settings.leaves(Study)}
     values: dict[str, Any] = {key: reduce(getitem, key.split("."), config) for key, usual in ranges.items() if usual}
+    for name, key in asked.KEYS.items():
+        if isinstance(config.get(name), int | float):
+            ranges[name], values[name] = ranges[key], config[name]
     for place, group in material_groups(config).items():
         for name, value in group.items():
             key = f"{place}.{name}"

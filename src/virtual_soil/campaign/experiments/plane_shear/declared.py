@@ -37,8 +37,8 @@ NOUNS = ("plane shear test", "plane shear tests", "sheared beds")
 BY_DEFAULT = True
 
 
-def responses(state: str) -> tuple[Response, Response]:
-    """Cohesion and friction angle of one state of the soil, "peak" or "steady"."""
+def responses(state: str, scaling_error_deg: float) -> tuple[Response, Response]:
+    """Cohesion and friction angle of one state of the soil, "peak" or "steady"; scaling_error_deg : that of the angle."""
     table = f"{state}_strength"
     return (
         Response(
@@ -53,6 +53,7 @@ def responses(state: str) -> tuple[Response, Response]:
             smallest_scale=10.0,  # as in the direct shear test
             of_consequence=20.0,
             decisive_error=5.0,
+            scaling_error=0.0,  # a factor on all strengths adds no cohesion
         ),
         Response(
             name=f"{state}_friction_angle",
@@ -65,11 +66,17 @@ def responses(state: str) -> tuple[Response, Response]:
             usual=USUAL_ANGLES_DEG,
             of_consequence=2.0,
             decisive_error=0.5,
+            scaling_error=scaling_error_deg,
         ),
     )
 
 
-RESPONSES = (*responses("steady"), *responses("peak"), bulk_density("sheared_bulk_density", "ρb sheared", "plane_shear"))
+#: With the errors of scaling their angles (docs/scaling.md).
+RESPONSES = (
+    *responses("steady", 0.2),
+    *responses("peak", 0.6),
+    bulk_density("sheared_bulk_density", "ρb sheared", "plane_shear"),
+)
 #: Column of the load of a simulation.
 LOAD = "normal_stress_pa"
 #: Quantity for the comparison of the accelerated test with the reference.

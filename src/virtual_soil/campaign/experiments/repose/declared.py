@@ -45,6 +45,8 @@ RESPONSES = (
         of_consequence=2.0,
         decisive_error=0.3,
         sweep_form="log",
+        scaling_error=0.4,  # docs/scaling.md, as the next
+        slow_error=2.0,
     ),
     bulk_density("bulk_density", "ρb", "repose"),
 )
