@@ -32,4 +32,6 @@ def test_a_case_gets_its_card_and_input_for_every_program(tmp_path, case):
         assert card["parameters"][name]["value"] == optimum[name]
         assert card["parameters"][name]["low_95"] == optimum[f"{name}_low_95"]
     assert [card["verification"][name] for name in ("prediction", "match")] == [optimum["prediction"], optimum["match"]]
-    assert [row["response"] for row in card["verification"]["simulations"]] == list(responses_of(config["experiments"]))
+    known = responses_of(config["experiments"])  # the reference was made before bulk densities were measured
+    expected = [name for name in known if "bulk_density" not in name]
+    assert [row["response"] for row in card["verification"]["simulations"]] == expected

@@ -7,6 +7,8 @@ import pytest
 from virtual_soil.campaign.experiments.repose import simulate as heaps
 from virtual_soil.campaign.experiments.repose.measure import measured
 from virtual_soil.campaign.experiments.shear.measure import reduce
+from virtual_soil.campaign.sections import Study
+from virtual_soil.campaign.settings import defaults
 from virtual_soil.campaign.simulate import run_batch
 from virtual_soil.campaign.study import experiment_settings
 
@@ -28,6 +30,7 @@ def config():
         "material": {"radius_m": 1e-3},
         "design": {"geometry": "scaled"},
         "fidelity": {"campaign": fidelity},
+        **{name: defaults(Study)[name] for name in ("repose_test", "shear_test", "grading")},
         "engine": {
             "rolling_model": "type_a", "damping_model": "edem", "precision": "float32", "energy_ledger": False,
             "gravity_m_s2": 9.81,

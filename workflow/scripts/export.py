@@ -14,7 +14,8 @@ def main(case, files, params, folder):
     calibration, verification = read_table(files.calibration, "calibration"), read_table(files.verification, "verification")
     (optimum,) = calibration[(calibration["case"] == case) & (calibration["surrogate"] == "ours")].to_dict("records")
     simulated = verification[verification["case"] == case].to_dict("records")
-    responses = {response.column: response.unit for response in responses_of(params.config["experiments"]).values()}
+    known = responses_of(params.config["experiments"]).values()
+    responses = {response.column: response.unit for response in known if response.column in calibration}
     card = exports.material_card(optimum, simulated, params.config, params.provenance, responses)
     folder = Path(folder)
     write_text(folder / "material.json", json.dumps(card, indent=2) + "\n")

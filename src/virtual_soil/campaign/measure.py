@@ -2,6 +2,7 @@
 
 from importlib import import_module
 
+import numpy as np
 import pandas as pd
 
 from virtual_soil.calibration.response import Responses
@@ -34,7 +35,8 @@ def measured_table(experiment: str, design: pd.DataFrame, runs, results, timings
     numbers = {name: float for name in measured if name not in texts | counts}
     table = design.merge(measured.astype(numbers), on="simulation_id", validate="many_to_one")
     for column, fraction in BY_NAME[experiment].DENSITIES.items():
-        table[column] = (table["density_kg_m3"] * table[fraction]).where(table["status"].isin(BY_NAME[experiment].SOUND))
+        measured_fraction = table.get(fraction, np.nan)  # simulations made before it was measured lack it
+        table[column] = (table["density_kg_m3"] * measured_fraction).where(table["status"].isin(BY_NAME[experiment].SOUND))
     return table
 
 
