@@ -35,7 +35,7 @@ RESPONSES = {name: response for name, response in responses_of(("repose", "shear
 VARIABLES = ["radius_m", "static_friction", "rolling_friction"]
 EQUAL = np.full(4, 0.25)
 OPTIONS = {"tolerance": 1e-3, "max_iterations": 200, "n_starts": 8, "unreachable": "as_given"}
-CASE = {"case": "sand", "soil": "silica_barco_sand", "weights": dict.fromkeys(responses_of(("repose", "shear")), 1.0)}
+CASE = {"case": "sand", "soil": "silica_barco_sand", "weights": dict.fromkeys(RESPONSES, 1.0)}
 SAND = {"cohesion": 24.0, "friction_angle": 26.6, "angle_of_repose": 30.0}
 #: Hardly any preference for large grains.
 SLIGHT = {"angle_of_repose": 0.25, "cohesion": 0.25, "friction_angle": 0.25, "large_grains": 1e-9}
