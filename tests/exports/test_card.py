@@ -31,6 +31,16 @@ def test_the_card_names_the_rolling_model_of_the_study(make_card):
     assert make_card(repose={"wall_static_friction": 0.7})["walls"]["static_friction"] == 0.7
 
 
+def test_the_card_has_the_plate_and_the_lift_of_the_laboratory(make_card):
+    assert make_card()["simulated_with"]["n_particles"] == 3000
+    card = make_card(repose_test={"plate": 0.25, "lift_speed_m_s": 0.01, "tube_diameter_m": 0.05, "fill_height_m": 0.1})
+    assert card["walls"] == {"static_friction": 0.25, "rolling_friction": 0.1}
+    assert card["simulated_with"]["lift_speed_m_s"] == 0.01
+    assert "n_particles" not in card["simulated_with"]
+    rough = make_card(repose_test={"plate": "rough"}, repose={"wall_static_friction": 0.7})
+    assert rough["walls"]["static_friction"] == 0.4  # as between grains
+
+
 def test_the_configuration_is_fingerprinted_whatever_the_order_of_its_keys(make_card, config):
     hashes = {make_card()["provenance"]["config_sha256"], make_card(repose={"n_particles": 2999})["provenance"]["config_sha256"]}
     assert len(hashes) == 2

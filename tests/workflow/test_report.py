@@ -13,6 +13,7 @@ from virtual_soil.campaign.settings import defaults
 from virtual_soil.campaign.study import as_printed
 from virtual_soil.report.contents import FIGURES, TABLES, figure_names
 from virtual_soil.report.experiments import DECLARED, EXPERIMENTS, measured
+from virtual_soil.report.experiments.repose import lift_remarks
 from virtual_soil.report.quantities import VARIABLES, value_with_interval
 from virtual_soil.report.sections import SECTIONS, soils
 from virtual_soil.report.sections.answer import answer_card, answer_remarks, next_step, undetermined
@@ -123,6 +124,8 @@ def test_grains_that_overlap_too_much_are_on_the_card():
         ("engine", "gravity_m_s2", 1.62, []),
         ("design", "geometry", "fixed", []),
         ("repose", "n_particles", 700, ["shear"]),
+        ("grading", "distribution", "log_normal", []),
+        ("repose_test", "lift_speed_m_s", 0.01, ["shear"]),
         ("shear", "width_ratio", 6.0, ["repose"]),
         ("shear", "normal_stresses_pa", [100.0, 200.0, 400.0], ["shear", "repose"]),
     ],
@@ -269,3 +272,12 @@ def test_only_the_modules_of_experiments_name_them():
     others += [ROOT / "workflow" / "rules" / "pictures.smk"]
     assert len(others) > 20
     assert [(path.name, name) for path in others for name in names if name in path.read_text()] == []
+
+
+def test_the_lift_is_the_laboratorys_and_nothing_is_said_of_a_tube_that_does_not_grow():
+    config, table = defaults(Study), pd.DataFrame({"parameter": ["radius_m"], "changed_value": [1e-4]})
+    assert "from 0.226 to 0.160" in lift_remarks(table, config)[0]
+    config["repose_test"] |= {"lift_speed_m_s": 0.01, "gravity_m_s2": "moon"}
+    assert "from 1.111 to 0.786" in lift_remarks(table, config)[0]  # 0.01 / sqrt(1.62 * 5e-5)
+    config["repose_test"] |= {"tube_diameter_m": 0.05, "fill_height_m": 0.1}
+    assert lift_remarks(table, config) == []

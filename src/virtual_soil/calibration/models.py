@@ -65,34 +65,25 @@ def fit_both(response: Response, points: pd.DataFrame, design: dict, material: d
 
     The paper's f g needs a grid: a design without one has the Gaussian process alone.
     """
-    column = response.column
-    if not design["grid"]:
-        process = fit_process(
-            response.name, response.unit, space_of(design), points[design["variables"]], points[column], points["noise"]
-        )
-        errors = points[column].to_numpy() - left_out(process)[0]
-        process = replace(process, cv_score=float(np.sqrt(((errors / points["noise"].to_numpy()) ** 2).mean())))
-        table = residuals_of(process, points, errors, column, design, np.zeros(len(points), bool))
-        return {"gaussian_process": process}, table
-    of_design = points[on_grid(points, design, material) | on_sweep(points, design)]
-    polynomial = fit_surrogate(response, of_design, design, material, form)
-    errors = polynomial_left_out(response, of_design, design, material, form)
-    polynomial = with_errors(polynomial, errors, of_design["noise"].to_numpy())
+    column, gridded = response.column, bool(design["grid"])
     process = fit_process(
         response.name, response.unit, space_of(design), points[design["variables"]], points[column], points["noise"]
     )
     errors_of_process = points[column].to_numpy() - left_out(process)[0]
-    shared = points.index.isin(of_design.index)  # scores are compared at the points that both are fitted to
+    in_grid = on_grid(points, design, material) if gridded else np.zeros(len(points), bool)
+    # scores are compared at the points that both are fitted to
+    shared = in_grid | on_sweep(points, design) if gridded else np.ones(len(points), bool)
     score = float(np.sqrt(((errors_of_process / points["noise"].to_numpy())[shared] ** 2).mean()))
     process = replace(process, cv_score=score)
-    in_grid = on_grid(points, design, material)
-    table = pd.concat(
-        [
-            residuals_of(polynomial, of_design, errors, column, design, in_grid[shared]),
-            residuals_of(process, points, errors_of_process, column, design, in_grid),
-        ]
-    )
-    return {"quadratic": polynomial, "gaussian_process": process}, table
+    of_process = residuals_of(process, points, errors_of_process, column, design, in_grid)
+    if not gridded:
+        return {"gaussian_process": process}, of_process
+    of_design = points[shared]
+    polynomial = fit_surrogate(response, of_design, design, material, form)
+    errors = polynomial_left_out(response, of_design, design, material, form)
+    polynomial = with_errors(polynomial, errors, of_design["noise"].to_numpy())
+    of_polynomial = residuals_of(polynomial, of_design, errors, column, design, in_grid[shared])
+    return {"quadratic": polynomial, "gaussian_process": process}, pd.concat([of_polynomial, of_process])
 
 
 def with_errors(surrogate: Surrogate, errors: np.ndarray, noise: np.ndarray) -> Surrogate:

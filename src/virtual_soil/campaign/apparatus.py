@@ -6,7 +6,7 @@ import numpy as np
 
 from virtual_soil.calibration.errors import demand
 from virtual_soil.campaign import settings
-from virtual_soil.campaign.experiments.apparatus import GRAVITIES_M_S2, SECTIONS
+from virtual_soil.campaign.experiments.apparatus import SECTIONS, gravity_m_s2
 from virtual_soil.campaign.experiments.shear.curves import NOMINAL
 from virtual_soil.campaign.experiments.shear.laboratory import ENTRY, understood
 from virtual_soil.campaign.soils import soil_content
@@ -57,8 +57,7 @@ def laboratory_stresses_pa(soil: Path, entry) -> list[float]:
 
 def with_gravity(engine: dict) -> dict:
     """The engine's settings with gravity as a number; it may be given by name."""
-    gravity = engine["gravity_m_s2"]
-    return engine | {"gravity_m_s2": GRAVITIES_M_S2[gravity] if isinstance(gravity, str) else gravity}
+    return engine | {"gravity_m_s2": gravity_m_s2(engine["gravity_m_s2"])}
 
 
 def laboratory_curve(config: dict, soil_files: list[str]) -> list[dict] | None:

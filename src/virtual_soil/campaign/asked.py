@@ -8,7 +8,7 @@ from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.optimise import RADIUS
 from virtual_soil.calibration.scaling import scaling_of
 from virtual_soil.campaign import yamls
-from virtual_soil.campaign.experiments.apparatus import GRAVITIES_M_S2
+from virtual_soil.campaign.experiments.apparatus import gravity_m_s2
 from virtual_soil.campaign.sections import Study
 from virtual_soil.campaign.settings import defaults
 from virtual_soil.campaign.tables import read_provenance
@@ -40,8 +40,7 @@ def taken(config: dict) -> dict[str, float]:
 
 def in_si(test: dict) -> dict[str, float]:
     """The test with its gravity as a number, not as a name."""
-    gravity = test.get("gravity_m_s2")
-    return {**test, "gravity_m_s2": GRAVITIES_M_S2[gravity]} if isinstance(gravity, str) else test
+    return {name: gravity_m_s2(value) if name == "gravity_m_s2" else value for name, value in test.items()}
 
 
 def of_reference(path: str) -> dict[str, float]:

@@ -22,6 +22,7 @@ from virtual_soil.campaign import asked, settings, yamls
 from virtual_soil.campaign.cost import expected_s
 from virtual_soil.campaign.described import LARGEST, described, shortened
 from virtual_soil.campaign.design import DESIGNED, expand
+from virtual_soil.campaign.experiments.grading import Grading
 from virtual_soil.campaign.experiments.registry import BY_NAME, BY_RESPONSE, LOADS, chosen, responses_of, with_optional
 from virtual_soil.campaign.sections import USUAL_TERMS, Engine, Material, Study
 from virtual_soil.campaign.settings import NAME
@@ -270,7 +271,8 @@ def proposed_rows(path: str) -> list[dict]:
 
 def as_printed(config: dict) -> list[str]:
     """Return the study's experiments whose results may stand beside those that the paper prints: same material, same protocol."""
-    papers = config["material"] == settings.defaults(Material) and config["design"]["geometry"] == "scaled"
+    grains = config["material"] == settings.defaults(Material) and config["grading"] == settings.defaults(Grading)
+    papers = grains and config["design"]["geometry"] == "scaled"
     engine = {key: config["engine"][key] == value for key, value in settings.defaults(Engine).items() if key in PRINTED_ENGINE}
     if not papers or not all(engine.values()):
         return []

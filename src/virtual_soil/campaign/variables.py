@@ -23,11 +23,6 @@ SEED_KEYS = {experiment.NAME: f"{experiment.NAME}_seeds" for experiment in EXPER
 WALLS = {name: (test.NAME, grains) for test in EXPERIMENTS for name, grains in test.PROPERTIES.items()}
 
 
-def fills_space(design: dict) -> bool:
-    """True if a design, as configured or in its normal form, is a box with points in it, no factorial with sweeps."""
-    return "ranges" in design or isinstance(design["variables"], dict) or design.get("points_csv") is not None
-
-
 def with_walls(config: dict) -> dict:
     """Material of a study with the properties of walls that are variables of its design, at the values of their settings."""
     material = dict(config["material"])
@@ -51,7 +46,7 @@ def normal_form(config: dict) -> dict:
     fixed = {name: config["material"][name] for name in PRINTED if name not in names}
     common = {key: value for key, value in design.items() if key not in ("n_points", "points_csv")}
     common |= {"variables": names, **({"fixed": fixed} if fixed else {})}
-    if not fills_space(design):
+    if not isinstance(design["variables"], dict) and design.get("points_csv") is None:
         number = "null where design.variables are names: their points are those of grid and sweep"
         demand(design.get("n_points") is None, "design.n_points", design.get("n_points"), number)
         kept = {part: {name: design[part][name] for name in design[part] if name in names} for part in ("grid", "sweep")}

@@ -37,9 +37,7 @@ def material_card(optimum: dict, verification: list[dict], config: dict, provena
     provenance : fingerprints (engine, inference, export) and versions. responses : column of each response -> its unit.
     """
     variables = list(config["design"]["variables"])
-    walls = {
-        name: optimum.get(f"wall_{name}", config["repose"][f"wall_{name}"]) for name in ("static_friction", "rolling_friction")
-    }
+    walls = {name: optimum.get(f"wall_{name}", value) for name, value in wall_settings(config).items()}
     material = {**config["material"], **{name: optimum[name] for name in variables}}
     card = {
         "format": "virtual-soil material card",
@@ -79,12 +77,26 @@ def material_card(optimum: dict, verification: list[dict], config: dict, provena
             ],
         },
         "models": words(config["engine"]["rolling_model"]),
-        "simulated_with": {**config["fidelity"]["campaign"], "n_particles": config["repose"]["n_particles"],
+        "simulated_with": {**config["fidelity"]["campaign"], **sizes(config),
                            "gravity_m_s2": config["engine"]["gravity_m_s2"], "grading": config["grading"],
                            "repose_test": config["repose_test"], "shear_test": config["shear_test"]},
         "provenance": {"config_sha256": config_hash(config), **provenance},
     }  # fmt: skip
     return check_card(without_nan(card))
+
+
+def wall_settings(config: dict) -> dict[str, float | None]:
+    """Return static and rolling friction of the heap's plate, None where it is the grains'; the laboratory's plate goes before."""
+    plate, section = config["repose_test"]["plate"], config["repose"]
+    static = section["wall_static_friction"] if plate is None else None if isinstance(plate, str) else plate
+    return {"static_friction": static, "rolling_friction": section["wall_rolling_friction"]}
+
+
+def sizes(config: dict) -> dict[str, float]:
+    """Return the number of grains of a heap, unless it follows from a tube in SI, and the laboratory's lift speed if known."""
+    stated = config["repose_test"]
+    number = {} if stated["tube_diameter_m"] else {"n_particles": config["repose"]["n_particles"]}
+    return number | ({"lift_speed_m_s": stated["lift_speed_m_s"]} if stated["lift_speed_m_s"] else {})
 
 
 def interval(row: dict, name: str) -> dict:

@@ -75,10 +75,9 @@ class ShearTest:
 SECTIONS = {"repose_test": ReposeTest, "shear_test": ShearTest}
 
 
-def gravity_of(stated: float | str | None, engine: dict) -> float:
-    """Gravity in m/s2 of a test: what its apparatus states, a number or a name, else the engine's."""
-    value = engine["gravity_m_s2"] if stated is None else stated
-    return GRAVITIES_M_S2[value] if isinstance(value, str) else float(value)
+def gravity_m_s2(stated: float | str) -> float:
+    """Gravity in m/s2 that a number or a name states."""
+    return GRAVITIES_M_S2[stated] if isinstance(stated, str) else float(stated)
 
 
 def is_stated(section: dict) -> bool:

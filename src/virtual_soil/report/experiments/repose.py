@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from dem import Grains
 from virtual_soil.campaign.experiments.registry import RESPONSES as CAMPAIGN_RESPONSES
+from virtual_soil.campaign.experiments.repose.declared import gravity_m_s2, lift_speed_m_s
 from virtual_soil.campaign.study import experiment_settings
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.pack import packed_grains
@@ -25,7 +26,10 @@ FIGURES = {
 STAGE, CUT = "lift", True
 EYE, FLAT = (0.9, -1.6, 0.7), False
 DISPLACED_SINCE = "since the tube was filled"
-ASSUMPTIONS = ("Tube and plate have the friction and stiffness of the grains.", "Heaps are poured with full friction.")
+ASSUMPTIONS = (
+    "Tube and plate have the stiffness of the grains, and their friction unless configured otherwise.",
+    "Heaps are poured with full friction.",
+)
 
 #: Column of the history along which specimens are sheared, factor to the printed unit, words; empty: they are not.
 SHEARED: tuple = ()
@@ -174,11 +178,11 @@ def screening_remarks(study: Study) -> list[str]:
 
 
 def lift_remarks(table: pd.DataFrame, config: dict) -> list[str]:
-    """A sentence on the dimensionless lift speed, if the screening changed the radius and the geometry grows with it."""
+    """A sentence on the dimensionless lift speed, if the screening changed the radius and the geometry grew with it."""
     changed = table.loc[table["parameter"] == "radius_m", "changed_value"]
-    if changed.empty or config["design"]["geometry"] != "scaled":
+    if changed.empty or config["design"]["geometry"] != "scaled" or config["repose_test"]["tube_diameter_m"] is not None:
         return []
-    speed, gravity = config["fidelity"]["campaign"]["lift_speed_m_s"], config["engine"]["gravity_m_s2"]
+    speed, gravity = lift_speed_m_s(config, "campaign"), gravity_m_s2(config)
     before, after = (speed / np.sqrt(gravity * radius) for radius in (config["material"]["radius_m"], changed.iloc[0]))
     return [
         f"A change of radius changes the lift speed relative to √(g r) from {before:.3f} to {after:.3f}. Stiff grains "

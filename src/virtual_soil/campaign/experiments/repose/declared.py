@@ -176,8 +176,9 @@ def lift_speed_m_s(config: dict, fidelity: str) -> float:
 
 
 def gravity_m_s2(config: dict) -> float:
-    """Gravity of the heaps."""
-    return apparatus.gravity_of(config["repose_test"]["gravity_m_s2"], config["engine"])
+    """Gravity of the heaps: the laboratory's, else the engine's."""
+    stated = config["repose_test"]["gravity_m_s2"]
+    return apparatus.gravity_m_s2(config["engine"]["gravity_m_s2"] if stated is None else stated)
 
 
 def wall_frictions(material: dict, config: dict) -> tuple[float, float]:
