@@ -12,6 +12,7 @@ from snakemake.utils import update_config
 from virtual_soil.campaign import batches, simulate
 from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.cost import expected_s
+from virtual_soil.campaign.experiments.registry import BY_NAME
 from virtual_soil.campaign.measure import measured_table
 from virtual_soil.campaign.simulate import empty_grains, one_row, run_batch
 from virtual_soil.campaign.study import design_rows, experiment_settings, simulations
@@ -243,7 +244,7 @@ def test_the_newest_folder_that_holds_a_simulation_is_found(tmp_path):
         folder_of(sims, ids[2])
 
 
-def test_measured_tables_are_the_same_bytes_whatever_the_batches(tmp_path):
+def test_measured_tables_are_the_same_bytes_whatever_the_batches(tmp_path, monkeypatch):
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
     few = {
         "experiment": ["repose"],
@@ -262,8 +263,8 @@ def test_measured_tables_are_the_same_bytes_whatever_the_batches(tmp_path):
         shares = batches.batches(dict.fromkeys(ids, 1.0), target_s, "")
         study = tmp_path / str(len(shares))
         folders = [run(study, batch, share, stand) for batch, share in shares.items()]
-        files = ([str(folder / file) for folder in folders] for file in ("run.parquet", "after.parquet", "timing.json"))
-        table = measured_table("repose", read_table(str(tmp_path / "design.parquet"), "design"), *files, config["repose"])
+        kept = [[str(folder / file) for folder in folders] for file in ("run.parquet", "after.parquet", "timing.json")]
+        table = measured_table("repose", read_table(str(tmp_path / "design.parquet"), "design"), *kept, config["repose"])
         write_table(table, str(study / "repose.parquet"), "repose", {})
         measured.append((study / "repose.parquet").read_bytes())
     assert sorted(path.name for path in tmp_path.glob("[0-9]*")) == ["1", "3", "4"]
@@ -272,3 +273,9 @@ def test_measured_tables_are_the_same_bytes_whatever_the_batches(tmp_path):
     assert table["simulation_id"].tolist() == design["simulation_id"].tolist()
     assert table.groupby("simulation_id").size().sort_values().tolist() == [1, 1, 1, 3]
     assert table["angle_of_repose_deg"].notna().sum() == 3
+    monkeypatch.setattr(BY_NAME["repose"], "DENSITIES", {"load_kg_m2": "heap_height_m"})
+    again = measured_table("repose", read_table(str(tmp_path / "design.parquet"), "design"), *kept, config["repose"])
+    counts = again["status"].isin(BY_NAME["repose"].SOUND)
+    assert 0 < counts.sum() < len(again)
+    assert again.loc[counts, "load_kg_m2"].tolist() == (3000.0 * again.loc[counts, "heap_height_m"]).tolist()
+    assert again.loc[~counts, "load_kg_m2"].isna().all()

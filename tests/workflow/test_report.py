@@ -6,17 +6,20 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import conclude
 from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.experiments.registry import BY_NAME, RESPONSES, responses_of
+from virtual_soil.campaign.experiments.shear.curves import Curve
 from virtual_soil.campaign.sections import Study
 from virtual_soil.campaign.settings import defaults
 from virtual_soil.campaign.study import as_printed
 from virtual_soil.report.contents import FIGURES, TABLES, figure_names
+from virtual_soil.report.curves import curves_at, draw_beside, sheared_test
 from virtual_soil.report.experiments import DECLARED, EXPERIMENTS, measured
 from virtual_soil.report.experiments.repose import lift_remarks
 from virtual_soil.report.quantities import VARIABLES, value_with_interval
 from virtual_soil.report.sections import SECTIONS, soils
-from virtual_soil.report.sections.answer import answer_card, answer_remarks, next_step, undetermined
+from virtual_soil.report.sections.answer import answer_card, answer_remarks, next_step, packing_table, undetermined
 from virtual_soil.report.sections.soils import reach_remarks
 from virtual_soil.report.sections.uncertainty import coverage_figure, coverage_table, equivalents_table, simulated_table
 from virtual_soil.report.sections.verification import best_table
@@ -281,3 +284,52 @@ def test_the_lift_is_the_laboratorys_and_nothing_is_said_of_a_tube_that_does_not
     assert "from 1.111 to 0.786" in lift_remarks(table, config)[0]  # 0.01 / sqrt(1.62 * 5e-5)
     config["repose_test"] |= {"tube_diameter_m": 0.05, "fill_height_m": 0.1}
     assert lift_remarks(table, config) == []
+
+
+def study_of_beds():
+    """A study with two heaps and two beds at its optimum, and a heap elsewhere."""
+    config = defaults(Study)
+    config["design"] |= {"variables": ["static_friction"], "grid": {}}
+    place = {"static_friction": 0.4, "fidelity": "campaign", "density_kg_m3": 2500.0}
+    heaps = [{**place, "simulation_id": k, "poured_solid_fraction": v} for k, v in (("a", 0.55), ("b", 0.57))]
+    heaps.append({**place, "simulation_id": "c", "static_friction": 0.7, "poured_solid_fraction": 0.4})
+    beds = [
+        {
+            **place,
+            "simulation_id": f"bed {p:g}",
+            "solid_fraction": 0.6,
+            "steady_solid_fraction": 0.5,
+            "normal_stress_pa": p,
+            "seed": 1,
+        }
+        for p in (1e3, 2e3)
+    ]
+    optimum = pd.DataFrame([{"case": "sand", "surrogate": "ours", "static_friction": 0.4}])
+    every = {"repose": pd.DataFrame(heaps), "plane_shear": pd.DataFrame(beds)}
+    histories = {
+        f"bed {p:g}": pd.DataFrame({"shear_strain": [0.0, 1.0], "shear_stress_pa": [0.3 * p, 0.5 * p], "plane_normal_stress_pa": p})
+        for p in (1e3, 2e3)
+    }
+    return SimpleNamespace(config=config, tables={"calibration": optimum}, every=every, histories=histories)
+
+
+def test_solid_fraction_void_ratio_and_bulk_density_are_those_of_the_optimum():
+    table = packing_table(study_of_beds()).set_index("state")
+    assert table.loc["poured into the tube"].tolist() == ["sand", "0.560", "0.786", "1400", 2]
+    assert table.loc["steadily sheared"].tolist() == ["sand", "0.500", "1.000", "1250", 2]
+
+
+def test_curves_of_laboratory_and_optimum_are_drawn_over_their_normal_stress():
+    study = study_of_beds()
+    simulated = curves_at(study, study.tables["calibration"].iloc[0])
+    curve = Curve("1", np.array([0.0, 1e-3]), np.array([2e4, 6e4]), np.array([1e5, 1e5]))
+    figure = draw_beside(SimpleNamespace(curves=[curve]), simulated, sheared_test(study.config).SHEARED)
+    left, right = figure.axes
+    assert [line.get_ydata().tolist() for line in left.lines] == [[0.2, 0.6]]
+    assert [line.get_ydata().tolist() for line in right.lines] == [[0.3, 0.5]] * 2
+    assert left.lines[0].get_xdata().tolist() == [0.0, 1.0]  # mm
+
+
+def test_a_table_without_rows_leaves_whole_numbers_whole():
+    joined = conclude.joined([pd.DataFrame({"n": [1, 2]}), pd.DataFrame({"n": pd.Series(dtype=float)})])
+    assert joined["n"].dtype.kind == "i"
