@@ -58,7 +58,8 @@ def tiny(config: dict) -> dict:
     config["refine"] |= {"points_per_case": 1, **seeds}
     config["verify"] |= {"repose_seeds": [101], "shear_seeds": [101], "more_seeds": 0}
     # heaps as stiff as they are take a second, and are saved often: whatever is stopped goes on from the middle
-    return config | {"checkpoint_interval_s": 0.05}
+    # each has a job and a folder of its own, so that a fault can be aimed at one
+    return config | {"checkpoint_interval_s": 0.05, "batch_minutes": 0}
 
 
 def started(project: Path, *arguments: str) -> subprocess.Popen:

@@ -356,7 +356,7 @@ Verify = make(
         ),
         "equivalents": (
             int,
-            setting("number of equivalent parameter sets per case that are simulated with the seeds above; 0: none", 2, minimum=0),
+            setting("number of equivalent parameter sets per case that are simulated with the seeds above; 0: none", 1, minimum=0),
         ),
         **LIMITS,
     },
