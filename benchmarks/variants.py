@@ -1,4 +1,4 @@
-"""Cost of generality: the base set compared with distributed radii, two materials, type C rolling and float64 contacts.
+"""Cost of generality: the base set compared with distributed radii, two materials, type C rolling, float64 contacts and adhesion.
 
     python benchmarks/variants.py
 
@@ -17,6 +17,8 @@ from dem.experiments.soil import Engine
 
 SOIL = base_set(QUICK_G)
 N_WINDOWS = 12
+#: Chooses the code; the states are made without adhesion, so that all variants do the same work.
+ADHESIVE_STRESS_PA = 0.1
 
 
 def two_materials() -> dict[str, Simulation]:
@@ -39,6 +41,8 @@ def main() -> None:
         "two materials": two_materials(),
         "type C": prepare(SOIL, STATES[:2], rolling_model="type_c"),
         "float64 contacts": prepare(SOIL, STATES[:2], precision="float64"),
+        "pull-off force": prepare(replace(SOIL, adhesive_stress_pa=ADHESIVE_STRESS_PA), STATES[:2]),
+        "JKR": prepare(replace(SOIL, adhesive_stress_pa=ADHESIVE_STRESS_PA), STATES[:2], adhesion="jkr"),
     }
     engines = {
         name: {state: lambda s=simulation: window(s, WINDOW_STEPS) for state, simulation in by_state.items()}

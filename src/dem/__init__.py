@@ -15,6 +15,7 @@ True
 """
 
 from dem.checkpoint import CheckpointError, load, save
+from dem.contact.model import work_of_adhesion
 from dem.factory import BoxRegion, Factory, Sizes, TubeRegion
 from dem.html import Rich
 from dem.material import Interaction, Material
@@ -43,4 +44,5 @@ __all__ = [
     "rayleigh_time",
     "save",
     "stable_time_step",
+    "work_of_adhesion",
 ]

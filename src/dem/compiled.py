@@ -34,6 +34,7 @@ class Variant(NamedTuple):
     parallel: bool = False
     energy_ledger: bool = False
     rolling_model: str = "type_a"
+    adhesion: str = "none"
     vector_code: bool = True
     periodic: bool = False
 
@@ -42,7 +43,7 @@ class Variant(NamedTuple):
         """Name as part of a file's name."""
         threads, code = "threads" if self.parallel else "thread", "vector" if self.vector_code else "plain"
         domain, books = "periodic" if self.periodic else "open", "-ledger" if self.energy_ledger else ""
-        return f"{self.precision}-{threads}-{self.rolling_model}-{code}-{domain}{books}"
+        return f"{self.precision}-{threads}-{self.rolling_model}-{self.adhesion}-{code}-{domain}{books}"
 
 
 def marker(variant: Variant) -> Path:
@@ -187,6 +188,7 @@ def main(values: str) -> None:
         threads=2 if variant.parallel else 1,
         energy_ledger=variant.energy_ledger,
         rolling_model=variant.rolling_model,
+        adhesion=variant.adhesion,
         vector_code=variant.vector_code,
     )
     simulation.add_grains([(0.0, 0.0, 1.1e-3), (0.0, 0.0, 3.2e-3)], 1e-3, "a")

@@ -25,6 +25,7 @@ from dem.contact.laws.rolling_a import braked
 from dem.contact.model import (
     Numbers,
     Touch,
+    deformation,
     n_constants,
     n_history,
     normal_energy,
@@ -36,6 +37,8 @@ from dem.contact.model import (
     tangential_energy,
     tangential_limit,
     tangential_stiffness,
+    torn_energy,
+    touches,
 )
 from dem.jit import jit
 from dem.layout import (
@@ -134,9 +137,12 @@ def note_contact(at, scene, run, note, entries):
     note[:] = 0.0
     nx, ny, nz = separation(grains, at.i, at.j, scene, run.model.access.images)
     d = math.sqrt(nx * nx + ny * ny + nz * nz)
-    overlap = grains.place[PLACE * at.i + RADIUS] + second_radius(grains, at.j, scene) - d
-    if overlap <= 0.0:
+    distance = grains.place[PLACE * at.i + RADIUS] + second_radius(grains, at.j, scene) - d
+    normal = read(laws.normal, c, GEOMETRY * BLOCK)
+    if not touches(normal, distance, distance, h, 0, 0.0):
+        entries[NORMAL_DASHPOTS] += torn_energy(normal, h, 0)
         return
+    overlap = deformation(normal, distance, TINY)
     nx, ny, nz = nx / d, ny / d, nz / d
     arm = d * float(c[INV_R_SUM * BLOCK])
     v = relative_velocity(grains, at.i, at.j, scene)
@@ -148,7 +154,7 @@ def note_contact(at, scene, run, note, entries):
     root = math.sqrt(overlap)
     fourth_root = math.sqrt(root)
     row_t = GEOMETRY + n_constants(laws.normal)
-    normal, tangential = read(laws.normal, c, GEOMETRY * BLOCK), read(laws.tangential, c, row_t * BLOCK)
+    tangential = read(laws.tangential, c, row_t * BLOCK)
     f_n = normal_force(normal, overlap, root, fourth_root, v_n)
     pressing = max(f_n, 0.0)
     S_t, D_t = tangential_stiffness(tangential, root), tangential_damping(tangential, fourth_root)

@@ -41,13 +41,19 @@ class Material(Rich):
 
 @dataclass(frozen=True, kw_only=True)
 class Interaction(Rich):
-    """Interaction of two materials: coefficients of restitution, static friction and rolling friction."""
+    """Interaction of two materials: coefficients of restitution, static and rolling friction, work of adhesion (J/m2).
+
+    The work of adhesion w is that of the pair, 2 gamma where two surfaces of energy gamma meet.
+    """
 
     restitution: float
     static_friction: float
     rolling_friction: float
+    work_of_adhesion_j_m2: float = 0.0
 
     def __post_init__(self):
         require(0 < self.restitution <= 1, "restitution", self.restitution, "above 0, at most 1")
         require(0 <= self.static_friction < math.inf, "static_friction", self.static_friction, "zero or positive")
         require(0 <= self.rolling_friction < math.inf, "rolling_friction", self.rolling_friction, "zero or positive")
+        w = self.work_of_adhesion_j_m2
+        require(0 <= w < math.inf, "work_of_adhesion_j_m2", w, "zero or positive")

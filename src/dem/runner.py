@@ -37,6 +37,7 @@ class Runner:
     def __init__(self, state, contact_model: ContactModel, *, time_step_s, smallest_radius_m, vector_code, threads):
         self.state: SimulationState = state
         self.time_step_s, self.smallest_radius_m, self.threads = time_step_s, smallest_radius_m, threads
+        self.contact_model = contact_model
         self.laws = contact_model.laws(state.widths.number, time_step_s)
         period, is_periodic = state.period, state.period > 0
         frequency = np.divide(1.0, period, out=np.zeros(3), where=is_periodic)
@@ -49,11 +50,17 @@ class Runner:
     @property
     def model(self) -> Model:
         """What the kernels know of contacts."""
-        return Model(self.laws, self.state.pair_table, len(self.state.material_index), self.time_step_s, self.access)
+        table, n_materials = self.state.pair_table, len(self.state.material_index)
+        return Model(self.laws, table, n_materials, self.time_step_s, self.access, self.reach_m)
+
+    @property
+    def reach_m(self) -> float:
+        """Gap in m up to which contacts may act."""
+        return self.contact_model.reach_m(self.state.pair_table, float(self.state.places[:, RADIUS].max(initial=0.0)))
 
     @property
     def skin(self) -> float:
-        """Skin of the outer lists in m."""
+        """Skin of the outer lists in m, beyond the gap up to which contacts act."""
         radii, period = self.state.places[:, RADIUS], self.state.period
         if not self.state.n_grains:
             return SKIN_RATIO * self.smallest_radius_m

@@ -12,7 +12,7 @@ import numpy as np
 
 from dem import compiled, ledger
 from dem.checks import SimulationError, check_finite, check_overlaps, check_ready, check_surroundings
-from dem.contact.model import DAMPING_MODELS, ROLLING, ContactModel
+from dem.contact.model import DAMPING_MODELS, NORMAL, ROLLING, ContactModel
 from dem.factory import Factory
 from dem.html import Rich, table
 from dem.jit import MAX_THREADS
@@ -75,6 +75,8 @@ class Simulation:
     smallest_radius_m : radius that sets the time step (every factory's grains must be at least as large).
     rolling_model : "type_a" (EDEM's) or "type_c" (elastic-plastic), see `dem.contact.laws`.
     damping_model : "edem" (at separation the dashpot pulls) or "no_pull", see `dem.contact.laws.hertz`; both rebound with e.
+    adhesion : "none", "constant" (pull-off force, `dem.contact.laws.pull_off`) or "jkr" (`dem.contact.laws.jkr`); by default
+        "constant" if an interaction has a work of adhesion, else "none".
     precision : "float32" or "float64" of the contact arithmetic; positions are float64 always, velocities have 48 bits at least.
     vector_code : True for explicit vector code (`dem.step.vectors`) in the hottest kernels, False for plain numba.
     threads : number of threads (efficient from some 20 000 grains on; the result is the same).
@@ -94,6 +96,7 @@ class Simulation:
         time_step_rayleigh_ratio: float = 0.2,
         rolling_model: str = "type_a",
         damping_model: str = "edem",
+        adhesion: str | None = None,
         precision: str = "float32",
         vector_code: bool = True,
         threads: int = 1,
@@ -102,6 +105,9 @@ class Simulation:
     ):
         require(rolling_model in ROLLING, "rolling_model", repr(rolling_model), f"one of {list(ROLLING)}")
         require(damping_model in DAMPING_MODELS, "damping_model", repr(damping_model), f"one of {list(DAMPING_MODELS)}")
+        if adhesion is None:
+            adhesion = "constant" if any(pair.work_of_adhesion_j_m2 for pair in interactions.values()) else "none"
+        require(adhesion in NORMAL, "adhesion", repr(adhesion), f"one of {list(NORMAL)}")
         require(precision in ("float32", "float64"), "precision", repr(precision), "float32 or float64")
         require(0 < smallest_radius_m < math.inf, "smallest_radius_m", smallest_radius_m, "a positive number")
         require_vector(gravity_m_s2, 3, "gravity_m_s2")
@@ -117,6 +123,7 @@ class Simulation:
             "time_step_rayleigh_ratio": time_step_rayleigh_ratio,
             "rolling_model": rolling_model,
             "damping_model": damping_model,
+            "adhesion": adhesion,
             "precision": precision,
             "vector_code": vector_code,
             "threads": threads,
@@ -129,7 +136,7 @@ class Simulation:
             stable_time_step(smallest_radius_m, material, time_step_rayleigh_ratio) for material in materials.values()
         )
         self._floor = floor_m
-        self._contact_model = ContactModel(rolling_model, damping_model)
+        self._contact_model = ContactModel(rolling_model, damping_model, adhesion)
         self._state = SimulationState(
             widths=Widths(np.dtype(precision).type, self._contact_model.n_constants, self._contact_model.n_history),
             material_index={name: k for k, name in enumerate(materials)},
@@ -153,6 +160,7 @@ class Simulation:
             threads > 1,
             energy_ledger,
             rolling_model=rolling_model,
+            adhesion=adhesion,
             vector_code=vector_code,
             periodic=bool((period > 0).any()),
         )
@@ -166,6 +174,9 @@ class Simulation:
         index = self._state.material_index
         for name in (a, b):
             require(name in index, "material of an interaction", repr(name), f"one of {list(index)}")
+        adhesion, w = self.adhesion, interaction.work_of_adhesion_j_m2
+        needed = f"0 in a simulation with adhesion {adhesion!r}"
+        require(w == 0 or adhesion != "none", f"work_of_adhesion_j_m2 of {a!r} with {b!r}", w, needed)
         i, j = index[a], index[b]
         row = self._contact_model.row(self.materials[a], self.materials[b], interaction)
         self._state.pair_table[[i * len(index) + j, j * len(index) + i]] = row
@@ -181,6 +192,11 @@ class Simulation:
         gone = self._wall_index(name)
         require(gone not in self._state.glued.body, "wall to remove", repr(name), "a wall that carries no glued grains")
         self._state.remove_wall(gone)
+
+    @property
+    def adhesion(self) -> str:
+        """The law of adhesion: "none", or a key of `dem.contact.model.NORMAL`."""
+        return self._contact_model.adhesion
 
     @property
     def wall_names(self) -> list[str]:
@@ -275,7 +291,7 @@ class Simulation:
         """
         require(n_steps >= 0, "n_steps", n_steps, "zero or positive")
         state = self._state
-        check_ready(state, self._runner.skin)
+        check_ready(state, self._runner.skin + self._runner.reach_m)
         forces = np.zeros((len(state.walls), 3))
         remaining = n_steps
         while remaining:

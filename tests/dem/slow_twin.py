@@ -6,6 +6,7 @@ It shares no code with the kernels: vectors are NumPy arrays, histories a dictio
 import math
 
 import numpy as np
+from scipy.optimize import brentq
 
 
 class Contact:
@@ -27,7 +28,17 @@ class Contact:
 class SlowTwin:
     """Built from a fast simulation at rest in its lists: the same grains, materials, walls, and no contact history."""
 
-    def __init__(self, simulation, material_names, interactions, rolling_model="type_a", gravity=(0, 0, -9.81), period=(0, 0, 0)):
+    def __init__(
+        self,
+        simulation,
+        material_names,
+        interactions,
+        rolling_model="type_a",
+        gravity=(0, 0, -9.81),
+        period=(0, 0, 0),
+        adhesion=None,
+    ):
+        self.adhesion, self.held, self.outlasted = adhesion, set(), 0
         grains = simulation.grains
         self.x, self.v, self.w, self.r = grains.positions_m, grains.velocities_m_s, grains.angular_velocities_rad_s, grains.radii_m
         self.names, self.materials, self.interactions = material_names, simulation.materials, interactions
@@ -54,7 +65,7 @@ class SlowTwin:
                 for a in range(3):
                     if self.period[a]:
                         apart[a] -= self.period[a] * round(apart[a] / self.period[a])
-                if np.linalg.norm(apart) < self.r[i] + self.r[j]:
+                if self.acts((i, j), self.names[j], self.r[j], self.r[i] + self.r[j] - np.linalg.norm(apart)):
                     touching.add((i, j))
                     f, t_i, t_j, roll_i, roll_j = self.loads(i, j, apart)
                     force[i] += f
@@ -65,13 +76,14 @@ class SlowTwin:
                     resistance[j] += roll_j
             for k, wall in enumerate(self.walls):
                 apart = self.from_wall(i, wall, self.wall_x[k])
-                if np.linalg.norm(apart) < self.r[i]:
+                if self.acts((i, wall.name), wall.material, math.inf, self.r[i] - np.linalg.norm(apart)):
                     touching.add((i, wall.name))
                     f, t_i, _, roll_i, _ = self.loads(i, wall, apart)
                     force[i] += f
                     torque[i] += t_i
                     resistance[i] += roll_i
                     self.wall_forces[k] -= f
+        self.held = touching
         self.springs = {key: spring for key, spring in self.springs.items() if key in touching}
         for i in range(n):
             inertia = 0.4 * self.m[i] * self.r[i] ** 2
@@ -83,6 +95,32 @@ class SlowTwin:
             self.x[i] += self.v[i] * self.dt
         for k, wall in enumerate(self.walls):
             self.wall_x[k] += np.array(wall.velocity_m_s) * self.dt
+
+    def acts(self, key, name_j, r_j, overlap):
+        """True if a contact acts: with an overlap, with JKR until it is torn off."""
+        if overlap > 0 or self.adhesion != "jkr" or key not in self.held:
+            return overlap > 0
+        name_i, r_i = self.names[key[0]], self.r[key[0]]
+        law = Contact(self.materials[name_i], self.materials[name_j], self.touch(name_i, name_j), r_i, r_j, 1.0, 1.0)
+        torn_radius = (math.pi * law.interaction.work_of_adhesion_j_m2 * law.R**2 / (8 * law.E)) ** (1 / 3)
+        holds = overlap > -3 * torn_radius**2 / law.R
+        self.outlasted += holds
+        return holds
+
+    def deformation(self, law, overlap):
+        """Overlap of the Hertz contact of the same radius, and the attraction."""
+        w = law.interaction.work_of_adhesion_j_m2
+        if self.adhesion != "jkr" or w == 0.0:
+            return overlap, 2 * math.pi * w * law.R
+        torn_radius = (math.pi * w * law.R**2 / (8 * law.E)) ** (1 / 3)
+        a = brentq(
+            lambda a: a**2 / law.R - math.sqrt(2 * math.pi * w * a / law.E) - overlap,
+            torn_radius,
+            10 * law.R,
+            xtol=1e-20,
+            rtol=1e-14,
+        )
+        return a**2 / law.R, math.sqrt(8 * math.pi * w * law.E * a**3)
 
     def from_wall(self, i, wall, moved):
         x = self.x[i] - moved
@@ -105,6 +143,7 @@ class SlowTwin:
         d = np.linalg.norm(apart)
         n = apart / d
         overlap = self.r[i] + (0.0 if is_wall else r_j) - d
+        overlap, attraction = self.deformation(law, overlap)
         share = 1.0 if is_wall else self.r[i] / (self.r[i] + r_j)  # the contact point divides the overlap
         arm_i, arm_j = -d * share * n, d * (1 - share) * n
         v = self.v[i] + np.cross(self.w[i], arm_i) - v_j - np.cross(w_j, arm_j)
@@ -135,4 +174,4 @@ class SlowTwin:
             t_i, t_j = t_i - k_r * theta, t_j + k_r * theta
         self.springs[key] = (s, theta)
         resist = (0.0, 0.0) if self.type_c else (roll * self.r[i], 0.0 if is_wall else roll * r_j)
-        return f_n * n - f_t, t_i, t_j, *resist
+        return (f_n - attraction) * n - f_t, t_i, t_j, *resist

@@ -1,5 +1,7 @@
 """How the angle-of-repose test ends."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,16 +14,19 @@ RADIUS = 1e-3
 STEEL = Material(density_kg_m3=7800.0, poisson_ratio=0.3, shear_modulus_pa=5e7)
 
 
+SOIL = Soil(
+    radius_m=RADIUS,
+    density_kg_m3=2500.0,
+    poisson_ratio=0.2,
+    shear_modulus_pa=1e6,
+    static_friction=0.3,
+    rolling_friction=0.1,
+    restitution=0.5,
+)
+
+
 def make(static_friction, rolling_friction, max_time_s=2.0, lift_speed_m_s=0.05):
-    soil = Soil(
-        radius_m=RADIUS,
-        density_kg_m3=2500.0,
-        poisson_ratio=0.2,
-        shear_modulus_pa=1e6,
-        static_friction=static_friction,
-        rolling_friction=rolling_friction,
-        restitution=0.5,
-    )
+    soil = replace(SOIL, static_friction=static_friction, rolling_friction=rolling_friction)
     setup = angle_of_repose.Setup(
         n_particles=500,
         tube_diameter_ratio=10.0,
@@ -75,13 +80,17 @@ def test_every_setting_of_the_engine_reaches_the_simulation(monkeypatch):
     engine = Engine(
         rolling_model="type_c",
         damping_model="no_pull",
+        adhesion="jkr",
         precision="float64",
         vector_code=False,
         energy_ledger=True,
         gravity_m_s2=5.0,
         time_step_rayleigh_ratio=0.1,
     )
-    simulation = Simulation(materials={"soil": STEEL}, interactions={}, smallest_radius_m=RADIUS, **engine.options)
-    assert engine.options.items() <= (simulation._settings | {"gravity_m_s2": (0.0, 0.0, -5.0)}).items()
+    sticky = replace(SOIL, adhesive_stress_pa=100.0)
+    options = engine.options(sticky)
+    simulation = Simulation(materials={"soil": STEEL}, interactions={}, smallest_radius_m=RADIUS, **options)
+    assert options.items() <= (simulation._settings | {"gravity_m_s2": (0.0, 0.0, -5.0)}).items()
     assert simulation.gravity_m_s2 == (0.0, 0.0, -5.0)
-    assert set(engine.options) | {"stiffness_reduction"} == set(Engine.__dataclass_fields__)
+    assert engine.options(SOIL) == options | {"adhesion": "none"}
+    assert set(options) | {"stiffness_reduction"} == set(Engine.__dataclass_fields__)

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,13 +13,15 @@ from dem.checkpoint import arrays_of
 SAND = dem.Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)
 STEEL = dem.Material(density_kg_m3=7800.0, poisson_ratio=0.3, shear_modulus_pa=5e7)
 TOUCH = dem.Interaction(restitution=0.5, static_friction=0.4, rolling_friction=0.1)
+STICKY = replace(TOUCH, work_of_adhesion_j_m2=0.05)
 
 
 def everything(**settings):
     """Two materials, three sizes, a lid under force, a moving floor with glued grains, a periodic direction, a late factory."""
+    among = STICKY if "adhesion" in settings else TOUCH
     simulation = dem.Simulation(
         materials={"sand": SAND, "steel": STEEL},
-        interactions={("sand", "sand"): TOUCH, ("sand", "steel"): TOUCH, ("steel", "steel"): TOUCH},
+        interactions={("sand", "sand"): among, ("sand", "steel"): TOUCH, ("steel", "steel"): TOUCH},
         walls=[
             dem.Box(name="floor", material="steel", low_m=(-1, -1, 0), high_m=(1, 1, 0)),
             dem.Tube(name="tube", material="steel", radius_m=8e-3, bottom_m=0.0, top_m=1.0),
@@ -54,7 +57,7 @@ def state(simulation):
     [
         {},
         {"rolling_model": "type_c", "precision": "float64", "energy_ledger": True},
-        {"vector_code": False, "damping_model": "no_pull"},
+        {"vector_code": False, "damping_model": "no_pull", "adhesion": "jkr"},
     ],
 )
 def test_a_loaded_simulation_goes_on_bit_for_bit(tmp_path, settings):

@@ -33,7 +33,7 @@ def column_values(a, b, interaction):
     return interaction.rolling_friction, 1e3 * interaction.rolling_friction
 
 
-def reach(R_star):
+def reach(columns, R_star):
     return 0.0
 
 
@@ -160,7 +160,7 @@ def test_a_rolling_law_is_one_module_and_its_entry_in_the_list(copy):
     (package / "contact" / "laws" / "rolling_d.py").write_text(LAW)
     edit(
         package / "contact" / "model.py",
-        ("import hertz, mindlin, rolling_a, rolling_c", "import hertz, mindlin, rolling_a, rolling_c, rolling_d"),
+        ("pull_off, rolling_a, rolling_c\n", "pull_off, rolling_a, rolling_c, rolling_d\n"),
         ('"type_c": rolling_c}', '"type_c": rolling_c, "type_d": rolling_d}'),
     )
     assert changed() == ["contact/model.py"]

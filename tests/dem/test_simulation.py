@@ -2,6 +2,7 @@
 
 import copy
 import re
+from dataclasses import replace
 
 import numba
 import numpy as np
@@ -23,6 +24,10 @@ RADIUS_M = 1e-3
 def make(walls=(), interaction=ROUGH, **options):
     options = {"smallest_radius_m": RADIUS_M, **options}
     return dem.Simulation(materials={"soil": MATERIAL}, interactions={("soil", "soil"): interaction}, walls=walls, **options)
+
+
+def sticky(w):
+    return replace(ROUGH, work_of_adhesion_j_m2=w)
 
 
 def floor(**settings):
@@ -414,6 +419,13 @@ def test_glued_grains_alone_are_static():
         (lambda: alone(period_m=(0.0, 4.2e-3, 0.0)).advance(1), "period_m along y is 0.0042; allowed"),
         (lambda: make(period_m=(0.0, -1.0, 0.0)), "period_m is (0.0, -1.0, 0.0); allowed"),
         (lambda: make(gravity_m_s2=(0.0, 0.0, np.nan)), "gravity_m_s2 is (0.0, 0.0, nan); allowed"),
+        (lambda: sticky(-0.1), "work_of_adhesion_j_m2 is -0.1; allowed: zero or positive"),
+        (lambda: sticky(np.nan), "work_of_adhesion_j_m2 is nan; allowed: zero or positive"),
+        (lambda: make(adhesion="sticky"), "adhesion is 'sticky'; allowed: one of ['none', 'constant', 'jkr']"),
+        (
+            lambda: make().set_interaction("soil", "soil", sticky(0.1)),
+            "work_of_adhesion_j_m2 of 'soil' with 'soil' is 0.1; allowed: 0 in a simulation with adhesion 'none'",
+        ),
         (lambda: make(damping_model="none"), "damping_model is 'none'; allowed: one of ['edem', 'no_pull']"),
         (lambda: alone(velocities_m_s=(0, np.inf, 0)), "velocities_m_s is not finite"),
         (lambda: alone(angular_velocities_rad_s=(0, np.nan, 0)), "angular_velocities_rad_s is not finite"),

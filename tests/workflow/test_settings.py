@@ -35,6 +35,7 @@ OTHERS = {
     **{f"{name}.normal_stress_ratios": [100.0, 200.0, 400.0] for name in ("shear", "plane_shear")},
     "shear_test.normal_stresses_pa": [2e3, 4e3, 8e3],
     "shear.curve_range_m": [0.0, 1e-3],
+    "fidelity.check.couples": [{"static_friction": 0.5, "rolling_friction": 0.2}],
     # go together with others: see test_apparatus and test_grading
     **{f"repose_test.{key}": None for key in ("tube_diameter_m", "fill_height_m", "fill_mass_kg", "plate_width_m")},
     **{f"shear_test.{key}_m": None for key in ("length", "height", "width", "displacement")},

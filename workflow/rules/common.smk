@@ -46,7 +46,7 @@ from virtual_soil.campaign.study import (
     simulations,
     soil_files,
 )
-from virtual_soil.campaign.variables import fitting_twins, normal_form, with_walls
+from virtual_soil.campaign.variables import adhesion_laws, fitting_twins, normal_form, with_walls
 from virtual_soil.errors import InputError
 from virtual_soil.exports import PROGRAMS
 

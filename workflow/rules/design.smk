@@ -26,6 +26,7 @@ rule compile_kernels:
     params:
         engine=ENGINE,
         settings=config["engine"],
+        adhesion=adhesion_laws(config),
         code=CODE.of_script("compile_kernels"),
     message:
         "Compile the engine's kernels once, before the simulations start."

@@ -8,7 +8,7 @@ A law is a module in `dem.contact.laws`. To add one, write the module and enter 
     CONSTANTS      its rows of constants in a block of contacts, filled by `write`, read by `read`
     HISTORY        what a contact remembers, one row each
     WORDS          description and equation for the material card
-    reach(R_star)  gap up to which it acts (0: contact only)
+    reach(columns, R_star)  gap up to which it acts (0: contact only), from the values of its columns
 
 and the functions of its role that stand below under `by_law`. A rolling law also names
 
@@ -22,12 +22,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.contact.laws import hertz, mindlin, rolling_a, rolling_c
+from dem.contact.laws import hertz, jkr, mindlin, pull_off, rolling_a, rolling_c
 from dem.jit import by_type
 from dem.layout import GEOMETRY, Access
 
-#: Value of a setting -> law, for each role. The settings `rolling_model` and `damping_model` choose.
-NORMAL: Mapping[str, ModuleType] = {"hertz": hertz}
+#: Value of a setting -> law, for each role. The settings `adhesion`, `rolling_model` and `damping_model` choose.
+NORMAL: Mapping[str, ModuleType] = {"none": hertz, "constant": pull_off, "jkr": jkr}
 TANGENTIAL: Mapping[str, ModuleType] = {"mindlin": mindlin}
 ROLLING: Mapping[str, ModuleType] = {"type_a": rolling_a, "type_c": rolling_c}
 
@@ -77,7 +77,8 @@ class Laws(NamedTuple):
 class Model(NamedTuple):
     """Laws and constants of all contacts.
 
-    pair_table (ordered pairs of materials, columns of the laws); number of materials; time step in s, float64; variants of code.
+    pair_table (ordered pairs of materials, columns of the laws); number of materials; time step in s, float64; variants of code;
+    gap in m up to which contacts may act.
     """
 
     laws: Laws
@@ -85,6 +86,7 @@ class Model(NamedTuple):
     n_materials: int
     step_s: float
     access: Access
+    reach_m: float
 
 
 class Touch(NamedTuple):
@@ -119,7 +121,9 @@ def number_by_law(name):
 
 n_columns, n_constants, n_history = (number_by_law(name) for name in ("COLUMNS", "CONSTANTS", "HISTORY"))
 read, write = by_law("read"), by_law("write")
-normal_force, spring_force, normal_energy = (by_law(name) for name in ("normal_force", "spring_force", "normal_energy"))
+touches, remember, deformation = by_law("touches"), by_law("remember"), by_law("deformation")
+normal_force, spring_force, attracted = by_law("normal_force"), by_law("spring_force"), by_law("attracted")
+normal_energy, torn_energy = by_law("normal_energy"), by_law("torn_energy")
 tangential_stiffness, tangential_damping = by_law("tangential_stiffness"), by_law("tangential_damping")
 tangential_limit, tangential_energy = by_law("tangential_limit"), by_law("tangential_energy")
 resistance, rolling_force, rolling_spring = by_law("resistance"), by_law("rolling_force"), by_law("rolling_spring")
@@ -128,9 +132,9 @@ resistance, rolling_force, rolling_spring = by_law("resistance"), by_law("rollin
 class ContactModel:
     """The laws that a simulation uses, looked up by its settings, and the widths that follow from them."""
 
-    def __init__(self, rolling_model: str, damping_model: str):
+    def __init__(self, rolling_model: str, damping_model: str, adhesion: str):
         self.damping = DAMPING_MODELS[damping_model]
-        self.rolling_model = rolling_model
+        self.rolling_model, self.adhesion = rolling_model, adhesion
         self.n_columns, n_constants, self.n_history = (
             sum(len(getattr(law, name)) for law in self.modules) for name in ("COLUMNS", "CONSTANTS", "HISTORY")
         )
@@ -141,12 +145,21 @@ class ContactModel:
     @property
     def modules(self) -> tuple[ModuleType, ...]:
         """The laws; looked up each time, because a module cannot be copied with its simulation."""
-        return NORMAL["hertz"], TANGENTIAL["mindlin"], ROLLING[self.rolling_model]
+        return NORMAL[self.adhesion], TANGENTIAL["mindlin"], ROLLING[self.rolling_model]
 
     def row(self, a, b, interaction) -> np.ndarray:
         """Row of the pair table for two materials."""
         common = [self.damping.ratio(interaction.restitution)]
         return np.concatenate([common, *(law.column_values(a, b, interaction) for law in self.modules)])
+
+    def reach_m(self, pair_table: np.ndarray, largest_radius_m: float) -> float:
+        """Largest gap in m up to which a contact of grains of at most this radius acts."""
+        known, column, farthest = pair_table[~np.isnan(pair_table[:, 0])], COMMON_COLUMNS, 0.0
+        for law in self.modules:
+            values = known[:, column : column + len(law.COLUMNS)]
+            farthest = max([farthest, *(law.reach(row, largest_radius_m) for row in values)])
+            column += len(law.COLUMNS)
+        return farthest
 
     def laws(self, number: type, time_step_s: float) -> Laws:
         """Laws and numbers for the kernels, in the contact precision."""
@@ -156,7 +169,12 @@ class ContactModel:
         return Laws(normal, tangential, rolling, True if self.separate_spins else None, numbers)
 
 
-def words(rolling_model: str) -> dict[str, dict[str, str]]:
+def work_of_adhesion(adhesion: str, pull_off_n: float, R_star_m: float) -> float:
+    """Work of adhesion in J/m2 with which a law gives a pair of this effective radius a pull-off force; 0 for "none"."""
+    return NORMAL[adhesion].work_of_adhesion(pull_off_n, R_star_m)
+
+
+def words(rolling_model: str, adhesion: str = "none") -> dict[str, dict[str, str]]:
     """Role -> description and equation of the law in use, for the material card."""
     rolling = {"type": rolling_model, **ROLLING[rolling_model].WORDS}
-    return {"normal": NORMAL["hertz"].WORDS, "tangential": TANGENTIAL["mindlin"].WORDS, "rolling": rolling}
+    return {"normal": NORMAL[adhesion].WORDS, "tangential": TANGENTIAL["mindlin"].WORDS, "rolling": rolling}

@@ -12,15 +12,19 @@ import math
 from dem.contact.laws.mindlin import slip
 from dem.contact.model import (
     Touch,
+    attracted,
+    deformation,
     n_constants,
     n_history,
     normal_force,
     read,
+    remember,
     resistance,
     rolling_force,
     tangential_damping,
     tangential_limit,
     tangential_stiffness,
+    touches,
 )
 from dem.jit import lean_jit
 from dem.layout import (
@@ -58,13 +62,13 @@ def contact_stage(n, b, c, h, laws):
     n : contacts in the block. b : work buffer. c : their constants. h : their history, which is updated.
     laws : `dem.contact.model.Laws`; its types select the code.
     """
-    normal_loop(n, b, c, laws)
+    normal_loop(n, b, c, h, laws)
     tangential_loop(n, b, c, h, laws, laws.separate)
 
 
 @lean_jit
-def normal_loop(n, b, c, laws):
-    """Lever arm, relative velocity of the surfaces, stiffness and damping, normal force (zero without overlap)."""
+def normal_loop(n, b, c, h, laws):
+    """Lever arm, relative velocity of the surfaces, stiffness and damping, normal force (zero where the law does not act)."""
     one, zero, tiny = laws.numbers.one, laws.numbers.zero, laws.numbers.tiny
     row_n = GEOMETRY
     row_t = row_n + n_constants(laws.normal)
@@ -78,7 +82,12 @@ def normal_loop(n, b, c, laws):
         arm2 = one - scaled_gap * inv_R_sum  # from the gap R_sum^2 - d^2, which was rounded only once
         inv_arm = one / math.sqrt(arm2)
         inv_arm2 = inv_arm * inv_arm
-        overlap = max(scaled_gap / (one + arm2 * inv_arm), tiny)
+        # read here for laws that need it, and again below: the order of reading decides how sums are rounded
+        early = read(laws.normal, c, row_n * B + q)
+        distance = scaled_gap / (one + arm2 * inv_arm)
+        touching = touches(early, gap, distance, h, q, zero)
+        remember(early, touching, h, q, one, zero)
+        overlap = deformation(early, distance, tiny)
         root = math.sqrt(overlap)
         fourth_root = math.sqrt(root)
         vx = b[APPROACH * B + q]
@@ -90,7 +99,9 @@ def normal_loop(n, b, c, laws):
         v_a = vx * ax + vy * ay + vz * az
         normal = read(laws.normal, c, row_n * B + q)
         f_n = normal_force(normal, overlap, root, fourth_root, v_a * inv_arm)
-        f_n = f_n if gap > zero else zero
+        net = attracted(normal, f_n, distance, root, fourth_root)
+        net = net if touching else zero
+        f_n = f_n if touching else zero
         away = v_a * inv_arm2
         b[ARM * B + q] = ax
         b[(ARM + 1) * B + q] = ay
@@ -102,7 +113,7 @@ def normal_loop(n, b, c, laws):
         b[(SLIDING + 2) * B + q] = vz - away * az + ax * uy - ay * ux
         b[DAMPING * B + q] = tangential_damping(tangential, fourth_root)
         b[INV_ARM2 * B + q] = inv_arm2
-        b[PUSH * B + q] = f_n * inv_arm
+        b[PUSH * B + q] = net * inv_arm
         b[NORMAL * B + q] = f_n
 
 

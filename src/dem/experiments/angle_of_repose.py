@@ -32,7 +32,8 @@ class Setup(Rich):
 
     max_time_s counts from the start of the lift. Frictions of None are those between grains; wall_ means plate and tube, unless
     the tube has its own. preparation_friction_ratio multiplies the grains' frictions while the tube is filled: below 1 the
-    packing is denser, as after tamping.
+    packing is denser, as after tamping. Grains stick to each other and to the plate, not to the tube, and only once the tube is
+    filled, unless prepared_with_adhesion: grains that stick as they fall pack loosely, and hardly cohere then.
     """
 
     n_particles: int
@@ -45,6 +46,7 @@ class Setup(Rich):
     wall_rolling_friction: float | None = None
     tube_static_friction: float | None = None
     preparation_friction_ratio: float = 1.0
+    prepared_with_adhesion: bool = False
 
 
 @dataclass(frozen=True)
@@ -72,11 +74,13 @@ def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
     tube_radius = setup.tube_diameter_ratio * scale
     steel = soil.softened(engine.stiffness_reduction)
     tube_friction = setup.wall_static_friction if setup.tube_static_friction is None else setup.tube_static_friction
+    options = engine.options(soil)
+    early = options["adhesion"] if setup.prepared_with_adhesion else "none"
     simulation = Simulation(
         materials={"soil": steel, "plate": steel, "tube": steel},
         interactions={
-            ("soil", "soil"): soil.prepared(setup.preparation_friction_ratio),
-            ("soil", "plate"): soil.interaction(setup.wall_static_friction, setup.wall_rolling_friction),
+            ("soil", "soil"): soil.prepared(setup.preparation_friction_ratio, early),
+            ("soil", "plate"): soil.interaction(setup.wall_static_friction, setup.wall_rolling_friction, early),
             ("soil", "tube"): soil.interaction(tube_friction, setup.wall_rolling_friction),
         },
         walls=[
@@ -85,7 +89,7 @@ def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
         ],
         smallest_radius_m=soil.sizes.smallest_m,
         floor_m=-2.0 * soil.sizes.largest_m,
-        **engine.options,
+        **options,
     )
     region = TubeRegion(radius_m=tube_radius, bottom_m=0.0)
     simulation.add_factory(Factory(n_grains=setup.n_particles, region=region, sizes=soil.sizes, material="soil", seed=seed))
@@ -123,7 +127,9 @@ def lift(state: State, soil: Soil, setup: Setup) -> None:
         raise SimulationError(f"{simulation.n_left} grains left the tube while it was filled")
     state.note_grains("filled", simulation.grains)
     state.notes["lift_time_s"] = simulation.time_s
-    simulation.set_interaction("soil", "soil", soil.interaction())
+    simulation.set_interaction("soil", "soil", soil.interaction(adhesion=simulation.adhesion))
+    plate = soil.interaction(setup.wall_static_friction, setup.wall_rolling_friction, simulation.adhesion)
+    simulation.set_interaction("soil", "plate", plate)
     simulation.move_wall("tube", (0.0, 0.0, setup.lift_speed_m_s))
     state.begin("lift", steps_in(setup.max_time_s, simulation))
 

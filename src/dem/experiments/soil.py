@@ -4,12 +4,16 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from dem import Interaction, Material, Rich, Simulation, Sizes
+from dem import Interaction, Material, Rich, Simulation, Sizes, work_of_adhesion
 
 
 @dataclass(frozen=True, kw_only=True)
 class Soil(Rich):
-    """Grain parameters of the paper's Table 2, plus the distribution of the radii (`dem.Sizes`). Units are in the names."""
+    """Grain parameters of the paper's Table 2, the distribution of the radii (`dem.Sizes`), adhesion. Units are in the names.
+
+    adhesive_stress_pa : pull-off force of two mean grains over d^2. Strength scales with it whatever the radius, so it stands for
+    a surface energy, which for the same cohesion would grow with r.
+    """
 
     radius_m: float
     density_kg_m3: float
@@ -18,6 +22,7 @@ class Soil(Rich):
     static_friction: float
     rolling_friction: float
     restitution: float
+    adhesive_stress_pa: float = 0.0
     radius_sd_ratio: float = 0.0
     distribution: str = "normal"
     classes: tuple[tuple[float, float], ...] = ()
@@ -40,25 +45,42 @@ class Soil(Rich):
             shear_modulus_pa=self.shear_modulus_pa / stiffness_reduction,
         )
 
-    def interaction(self, static_friction: float | None = None, rolling_friction: float | None = None) -> Interaction:
-        """Grain on grain; with numbers given, grain on a geometry of that friction."""
+    def work_of_adhesion_j_m2(self, adhesion: str) -> float:
+        """Work of adhesion of two grains under a law ("none": 0), so that two mean grains have the pull-off force sigma_a d^2."""
+        pull_off_n = self.adhesive_stress_pa * (2.0 * self.radius_m) ** 2
+        return work_of_adhesion(adhesion, pull_off_n, 0.5 * self.radius_m)
+
+    def interaction(
+        self, static_friction: float | None = None, rolling_friction: float | None = None, adhesion: str = "none"
+    ) -> Interaction:
+        """Grain on grain; with numbers given, grain on a geometry of that friction. adhesion : its law; grains stick by it."""
         return Interaction(
             restitution=self.restitution,
             static_friction=self.static_friction if static_friction is None else static_friction,
             rolling_friction=self.rolling_friction if rolling_friction is None else rolling_friction,
+            work_of_adhesion_j_m2=self.work_of_adhesion_j_m2(adhesion),
         )
 
-    def prepared(self, ratio: float) -> Interaction:
+    def prepared(self, ratio: float, adhesion: str = "none") -> Interaction:
         """Grain on grain with both frictions multiplied by a ratio, as while a specimen is prepared."""
-        return self.interaction(ratio * self.static_friction, ratio * self.rolling_friction)
+        return self.interaction(ratio * self.static_friction, ratio * self.rolling_friction, adhesion)
+
+    @property
+    def contact_stress_pa(self) -> float:
+        """Stress in Pa with which adhesion presses grains together: F_c / (pi r^2), as an external stress would."""
+        return 4.0 / math.pi * self.adhesive_stress_pa
 
 
 @dataclass(frozen=True, kw_only=True)
 class Engine(Rich):
-    """Numerical settings common to both experiments; the names are those of `dem.Simulation`."""
+    """Numerical settings common to all experiments; the names are those of `dem.Simulation`.
+
+    adhesion : law of soils that have an adhesive stress; the others have none.
+    """
 
     rolling_model: str = "type_a"
     damping_model: str = "edem"
+    adhesion: str = "constant"
     precision: str = "float32"
     vector_code: bool = True
     energy_ledger: bool = False
@@ -66,12 +88,12 @@ class Engine(Rich):
     time_step_rayleigh_ratio: float = 0.2
     stiffness_reduction: float = 1.0
 
-    @property
-    def options(self) -> dict[str, Any]:
+    def options(self, soil: Soil) -> dict[str, Any]:
         """All settings as keyword arguments of `dem.Simulation`; `stiffness_reduction` is not one, it changes the material."""
         values = asdict(self)
         del values["stiffness_reduction"]
-        return values | {"gravity_m_s2": (0.0, 0.0, -self.gravity_m_s2)}
+        adhesion = self.adhesion if soil.adhesive_stress_pa > 0.0 else "none"
+        return values | {"adhesion": adhesion, "gravity_m_s2": (0.0, 0.0, -self.gravity_m_s2)}
 
 
 def energy_balance(simulation: Simulation, engine: Engine) -> dict[str, float]:

@@ -29,7 +29,9 @@ class Specimen(Rich):
     """Geometry and preparation; ratios are over scale_radius_m.
 
     preparation_friction_ratio multiplies the grains' friction during filling and consolidation: below 1 it gives a denser
-    specimen, as tamping does (rough grains that roll badly otherwise stand as a house of cards).
+    specimen, as tamping does (rough grains that roll badly otherwise stand as a house of cards). Grains stick to each other, to
+    floor and lid, not to the frames, and only after the consolidation, unless prepared_with_adhesion: specimens that stick before
+    have a packing of their own at every stress, and their strength line hides the cohesion.
     """
 
     length_ratio: float
@@ -38,6 +40,7 @@ class Specimen(Rich):
     normal_stress_pa: float
     preparation_friction_ratio: float
     scale_radius_m: float
+    prepared_with_adhesion: bool = False
 
     @property
     def length_m(self) -> float:
@@ -74,12 +77,14 @@ def stiffness_reduction(soil: Soil, specimen: Specimen, stiffness_number: float 
     """By how much to soften the grains so that E* over the plane's normal stress is a number; never stiffer than they are.
 
     The same number at every stress gives the same relative overlaps, so softening does not bend the strength line; the soil's own
-    weight counts, because a box that grows with its grains presses more than a small lid load. None leaves the grains as they are.
+    weight counts, because a box that grows with its grains presses more than a small lid load, and so does adhesion. None leaves
+    the grains as they are.
     """
     if stiffness_number is None:
         return 1.0
     E_star = soil.shear_modulus_pa / (1.0 - soil.poisson_ratio)
-    return max(1.0, E_star / (stiffness_number * plane_stress_pa(soil, specimen, gravity_m_s2)))
+    stress = plane_stress_pa(soil, specimen, gravity_m_s2) + soil.contact_stress_pa
+    return max(1.0, E_star / (stiffness_number * stress))
 
 
 def inertial_time(soil: Soil, specimen: Specimen) -> float:
@@ -123,7 +128,7 @@ def filled(soil: Soil, specimen: Specimen, engine: Engine, seed: int, sides: lis
         period_m=(specimen.length_m if periodic else 0.0, specimen.width_m, 0.0),
         smallest_radius_m=soil.sizes.smallest_m,
         floor_m=-2.0 * soil.sizes.largest_m,
-        **engine.options,
+        **engine.options(soil),
     )
     simulation.add_factory(Factory(n_grains=n, region=region, sizes=soil.sizes, material="soil", seed=seed))
     simulation.add_wall(lid(soil, specimen, n, simulation.top_m))
@@ -133,7 +138,8 @@ def filled(soil: Soil, specimen: Specimen, engine: Engine, seed: int, sides: lis
 def consolidation(simulation: Simulation, soil: Soil, specimen: Specimen) -> State:
     """The test at its beginning: the lid about to press the grains together, with the specimen's preparation friction."""
     for other in ("soil", "plate"):
-        simulation.set_interaction("soil", other, soil.prepared(specimen.preparation_friction_ratio))
+        early = simulation.adhesion if specimen.prepared_with_adhesion else "none"
+        simulation.set_interaction("soil", other, soil.prepared(specimen.preparation_friction_ratio, early))
     steps = steps_in(CONSOLIDATION_TIMES * inertial_time(soil, specimen), simulation)
     return State(simulation, "consolidate", steps, {"n_particles": simulation.n_grains, "lid_height_m": math.inf})
 
@@ -166,7 +172,7 @@ def lid_is_still(state: State, radius_m: float) -> bool:
 def roughen(simulation: Simulation, soil: Soil) -> float:
     """Glue the outermost layers to floor and lid, and give the grains their own friction; returns the lid's height in m."""
     for other in ("soil", "plate"):
-        simulation.set_interaction("soil", other, soil.interaction())
+        simulation.set_interaction("soil", other, soil.interaction(adhesion=simulation.adhesion))
     grains = simulation.grains
     top, height = lid_height_m(simulation), grains.positions_m[:, 2]
     reach = (1.0 + GLUE_REACH_RATIO) * grains.radii_m

@@ -221,10 +221,10 @@ def refresh_lists(run, pace, skin):
         if reason != FINISHED:
             return reason, n_rebuilds
         n_rebuilds = 1
-    if not schedule.prune(run.state, lists.pairs, pace[CUTOFF], model, run.scratch.threads):
+    if not schedule.prune(run.state, lists.pairs, pace[CUTOFF] + model.reach_m, model, run.scratch.threads):
         clear(lists.pairs.contacts.count)
         return CONTACTS_FULL, n_rebuilds
-    prune_surfaces(run.state, run.scene.surfaces, lists, pace[SURFACE_CUTOFF], model)
+    prune_surfaces(run.state, run.scene.surfaces, lists, pace[SURFACE_CUTOFF] + model.reach_m, model)
     return FINISHED, n_rebuilds
 
 
@@ -252,10 +252,11 @@ def rebuild(run, skin):
     grains, scene, pairs, surfaces = run.state.grains, run.scene, run.lists.pairs, run.lists.surfaces
     if not is_sound(grains):
         return BLEW_UP
-    n_pairs = find_pairs(grains, scene.period, run.model.access.images, skin, pairs.spare)
+    cutoff = skin + run.model.reach_m
+    n_pairs = find_pairs(grains, scene.period, run.model.access.images, cutoff, pairs.spare)
     if n_pairs < 0:
         return PAIRS_FULL
-    if find_surface_pairs(grains, scene.surfaces, skin, surfaces.spare) < 0:
+    if find_surface_pairs(grains, scene.surfaces, cutoff, surfaces.spare) < 0:
         return SURFACE_PAIRS_FULL
     carry_history(pairs.outer, pairs.spare, True)
     carry_history(surfaces.outer, surfaces.spare, False)

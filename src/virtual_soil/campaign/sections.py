@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from dem.contact.model import DAMPING_MODELS, ROLLING
+from dem.contact.model import DAMPING_MODELS, NORMAL, ROLLING
 from virtual_soil.campaign.experiments.apparatus import GRAVITY, SECTIONS
 from virtual_soil.campaign.experiments.grading import Grading
 from virtual_soil.campaign.experiments.registry import BY_DEFAULT, EXPERIMENTS, RESPONSES, responses_of
@@ -37,11 +37,18 @@ class Material:
     static_friction: float = setting("coefficient of static friction between grains", 0.3, minimum=0, usual=(0.0, 3.0))
     rolling_friction: float = setting("coefficient of rolling friction between grains", 0.1, minimum=0, usual=(0.0, 3.0))
     restitution: float = setting("coefficient of restitution", 0.5, above=0, maximum=1)
+    adhesive_stress_pa: float = setting(
+        "adhesion between grains: pull-off force of two mean grains over their diameter squared",
+        0.0,
+        minimum=0,
+        usual=(0.0, 1e6),
+        note="Cohesion is some 0.3 to 0.5 of it, whatever the radius. They stick to plate, lid and floor, not to tube and frames.",
+    )
 
 
 GRID = {"static_friction": [0.0, 0.1, 0.3, 0.5, 0.9, 1.3, 1.7], "rolling_friction": [0.0, 0.05, 0.1, 0.2, 0.3]}
 COUPLES = [{"static_friction": 0.3, "rolling_friction": 0.1}, {"static_friction": 0.9, "rolling_friction": 0.2}]
-CHECK_COUPLES = [{"static_friction": 0.3, "rolling_friction": 0.1}, {"static_friction": 0.3, "rolling_friction": 0.2}]
+CHECK_COUPLES = [{"static_friction": 0.3, "rolling_friction": 0.1}]
 LEVELS = {"type": "array", "minItems": 1, "uniqueItems": True}
 RANGE = {"type": "array", "minItems": 2, "maxItems": 2, "items": {"type": "number"}}
 COUPLE = {"type": "object", "additionalProperties": {"type": "number", "minimum": 0}, "minProperties": 1}
@@ -186,6 +193,11 @@ class Engine:
         "edem: the contact force may become attractive during rebound; no_pull: it never does; both have restitution e",
         "edem",
         DAMPING_MODELS,
+    )
+    adhesion: str = choice(
+        "law of grains with adhesive_stress_pa; constant: pull-off force while they touch (DMT); jkr: until they are torn off",
+        "constant",
+        [name for name in NORMAL if name != "none"],
     )
     precision: str = choice(
         "precision of the contact arithmetic",

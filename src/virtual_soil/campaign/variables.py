@@ -34,6 +34,14 @@ def with_walls(config: dict) -> dict:
     return material
 
 
+def adhesion_laws(config: dict) -> list[str]:
+    """Laws of adhesion that a study's simulations have, "none" among them where grains may be without an adhesive stress."""
+    stress, law = config["material"]["adhesive_stress_pa"], config["engine"]["adhesion"]
+    if "adhesive_stress_pa" in config["design"]["variables"]:
+        return ["none", law]
+    return ["none" if stress == 0.0 else law]
+
+
 def normal_form(config: dict) -> dict:
     """The design with a list of its variables, and in `fixed` what tables show beside them; material : see `with_walls`.
 

@@ -27,7 +27,7 @@ K_N, C_N, K_T, C_T, MU_S, MU_R = range(GEOMETRY, GEOMETRY + 6)
 
 def scratch(rolling_model):
     """Work buffer, constants, history and laws, in float64."""
-    model = ContactModel(rolling_model, "edem")
+    model = ContactModel(rolling_model, "edem", "none")
     laws = model.laws(np.float64, DT)._replace(numbers=Numbers(DT, 1.0, 0.0, 1e-30))
     return *(np.zeros(rows * BLOCK) for rows in (BUFFER, model.n_constants, model.n_history)), laws
 

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from dem import Interaction, Material
-from dem.contact.laws import hertz, mindlin, rolling_a
-from dem.contact.model import LAWS
+from dem.contact.laws import hertz, jkr, mindlin, pull_off, rolling_a
+from dem.contact.model import LAWS, Equivalent
+from dem.layout import BLOCK
 
 GLASS = (2e10, 0.2)
 
@@ -95,7 +97,80 @@ def test_every_law_says_what_the_engine_asks_for(law):
     assert len(law.CONSTANTS) <= len(law.PARAMETERS._fields)
     assert set(law.PROPERTIES) <= set(Interaction.__dataclass_fields__)
     assert set(law.WORDS) == {"words", "equation"}
-    assert law.reach(1e-3) == 0.0
+    assert (law.reach((1e7, 0.02), 1e-3) > 0.0) == (law is jkr)  # the others need contact
     touch = Interaction(restitution=0.5, static_friction=0.4, rolling_friction=0.1)
     solid = Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)
     assert len(law.column_values(solid, solid, touch)) == len(law.COLUMNS)
+
+
+# --- adhesion ----------------------------------------------------------------------------------------------------------------
+
+E_STAR, R_STAR, WORK = 6.25e7, 25e-6, 0.02
+
+
+def constants_of(law, work, number=float):
+    """A contact's constants in a number type, and the values that they were made of."""
+    raw, c = np.array([E_STAR, work]).repeat(BLOCK), np.zeros(len(law.CONSTANTS) * BLOCK, number)
+    law.write(law.PARAMETERS(*(number(0.0) for _ in law.PARAMETERS._fields)), raw, 0, c, 0, Equivalent(R_STAR, 1e-9, 0.0))
+    return law.read(law.PARAMETERS(*(number(hertz.NO_BOUND) for _ in law.PARAMETERS._fields)), c, 0)
+
+
+def force_at(law, constants, overlap, number=float):
+    """Normal force without dashpot, its repulsive part, and the contact's energy, at an overlap."""
+    deformed = law.deformation(constants, number(overlap), number(1e-18))
+    root = math.sqrt(deformed)
+    repulsive = law.normal_force(constants, deformed, root, math.sqrt(root), number(0.0))
+    net = law.attracted(constants, repulsive, number(overlap), root, math.sqrt(root))
+    return net, repulsive, law.normal_energy(constants, deformed, root)
+
+
+def jkr_by_bisection(overlap):
+    """Force of the implicit law and its repulsive part, by the contact radius."""
+    least = (math.pi * WORK * R_STAR**2 / (8 * E_STAR)) ** (1 / 3)
+
+    def gap(a):
+        return a**2 / R_STAR - math.sqrt(2 * math.pi * WORK * a / E_STAR) - overlap
+
+    a = brentq(gap, least, R_STAR, xtol=1e-22, rtol=1e-14)
+    repulsive = 4 * E_STAR * a**3 / (3 * R_STAR)
+    return repulsive - math.sqrt(8 * math.pi * WORK * E_STAR * a**3), repulsive
+
+
+@pytest.mark.parametrize(("number", "error"), [(float, 3e-8), (np.float32, 3e-5)])
+@pytest.mark.parametrize("overlap", [-2.2e-8, -1.058e-8, -1e-9, 0.0, 1e-9, 2.666e-8, 1e-7, 1e-6])
+def test_the_jkr_curve_is_that_of_the_implicit_law(overlap, number, error):
+    net, repulsive, _ = force_at(jkr, constants_of(jkr, WORK, number), overlap, number)
+    expected_net, expected_repulsive = jkr_by_bisection(overlap)
+    scale = 1.5 * math.pi * WORK * R_STAR
+    assert float(net) == pytest.approx(expected_net, rel=error, abs=error * scale)
+    assert float(repulsive) == pytest.approx(expected_repulsive, rel=error, abs=error * scale)
+
+
+@pytest.mark.parametrize("law", [pull_off, jkr])
+@pytest.mark.parametrize("overlap", [1e-12, 1e-9, 1e-6])
+def test_without_work_of_adhesion_the_force_is_hertz(law, overlap):
+    net, repulsive, _ = force_at(law, constants_of(law, 0.0), overlap)
+    expected = hertz.stiffness(E_STAR, R_STAR) * overlap**1.5
+    assert net == pytest.approx(expected, rel=1e-6)
+    assert repulsive == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("law", [pull_off, jkr])
+@pytest.mark.parametrize("overlap", [-1.5e-8, 1e-8, 3e-7])
+def test_the_force_is_the_slope_of_the_energy(law, overlap):
+    if law is pull_off and overlap < 0:
+        return
+    constants, step = constants_of(law, WORK), 1e-12
+    ahead, behind = (force_at(law, constants, overlap + sign * step)[2] for sign in (1, -1))
+    assert (ahead - behind) / (2 * step) == pytest.approx(force_at(law, constants, overlap)[0], rel=1e-5, abs=1e-10)
+
+
+def test_a_jkr_contact_begins_with_an_overlap_and_ends_where_it_is_torn_off():
+    constants = constants_of(jkr, WORK)
+    torn = jkr.reach((E_STAR, WORK), R_STAR)
+    assert torn == pytest.approx(22.008e-9, rel=1e-4)
+    fresh, held = [np.zeros(1), np.ones(1)]
+    assert not jkr.touches(constants, -1.0, -0.1 * torn, fresh, 0, 0.0)
+    assert jkr.touches(constants, -1.0, -0.99 * torn, held, 0, 0.0)
+    assert not jkr.touches(constants, -1.0, -1.01 * torn, held, 0, 0.0)
+    assert jkr.torn_energy(constants, held, 0) > 0.0 == jkr.torn_energy(constants, fresh, 0)

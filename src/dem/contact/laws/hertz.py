@@ -84,7 +84,7 @@ def column_values(a, b, interaction):
     return (effective_young_modulus(*moduli),)
 
 
-def reach(R_star):
+def reach(columns, R_star):
     """Gap in m up to which the law acts: it needs contact."""
     return 0.0
 
@@ -101,6 +101,11 @@ def damping_constant(E_star, R_star, m_star, beta):
     return DASHPOT_FACTOR * beta * math.sqrt(2.0 * E_star * math.sqrt(R_star) * m_star)
 
 
+def work_of_adhesion(pull_off_n, R_star):
+    """Work of adhesion in J/m2: nothing attracts."""
+    return 0.0
+
+
 def read(law, c, o):
     """Constants of the contact whose first value stands at o."""
     return Hertz(c[o], c[o + B], law.least)
@@ -113,6 +118,20 @@ def write(law, raw, p, c, o, pair):
     c[o + B] = damping_constant(E_star, pair.R_star, pair.m_star, pair.beta)
 
 
+def touches(law, gap, overlap, h, o, zero):
+    """True if the contact acts; gap is positive with an overlap."""
+    return gap > zero
+
+
+def remember(law, touching, h, o, one, zero):
+    """Nothing outlives a contact."""
+
+
+def deformation(law, overlap, tiny):
+    """Overlap in m of a Hertz contact with this contact's radius."""
+    return max(overlap, tiny)
+
+
 def spring_force(law, overlap, root):
     """Force in N of the spring alone; root is that of the overlap."""
     return law.k_n * root * overlap
@@ -123,9 +142,19 @@ def normal_force(law, overlap, root, fourth_root, v_n):
     return max(law.k_n * root * overlap - law.c_n * fourth_root * v_n, law.least)
 
 
+def attracted(law, f_n, overlap, root, fourth_root):
+    """Normal force in N, from its repulsive part f_n: nothing attracts."""
+    return f_n
+
+
 def normal_energy(law, overlap, root):
     """Energy in J of the spring: the integral of k_n delta^(3/2)."""
     return 0.4 * (law.k_n * root * overlap) * overlap
+
+
+def torn_energy(law, h, o):
+    """Energy in J that is lost where the contact has ended: none."""
+    return 0.0
 
 
 class Dashpot(NamedTuple):

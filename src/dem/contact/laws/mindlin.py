@@ -50,7 +50,7 @@ def column_values(a, b, interaction):
     return effective_shear_modulus(*moduli), interaction.static_friction
 
 
-def reach(R_star):
+def reach(columns, R_star):
     """Gap in m up to which the law acts: it needs contact."""
     return 0.0
 

@@ -19,6 +19,12 @@ SOLID_FRACTION = 0.57
 LARGEST_OVERLAP_RATIO = 0.05
 #: Numbers that nobody need insist on: others are most often in another unit (kPa, MPa, radians).
 USUAL_STRESSES_PA, USUAL_COHESIONS_PA, USUAL_ANGLES_DEG = (1.0, 5e6), (-1e5, 1e6), (1.0, 75.0)
+#: Setting of all tests: whether grains stick while their sample is prepared.
+PREPARED_WITH_ADHESION = setting(
+    "grains stick while the sample is prepared, too",
+    False,
+    note="true: they pack the more loosely the more they stick, so that each normal stress shears another packing.",
+)
 #: Keys of the stresses in the settings of a shear test.
 STRESSES = ("normal_stresses_pa", "normal_stress_ratios")
 #: Cohesions closer than this fraction of the largest normal stress are one: no regression through the tests tells them apart.
@@ -105,9 +111,10 @@ def check_stiffness(soil: Soil, stress_pa: float, number: float | None, key: str
     """Raise CalibrationError, naming the shear modulus that would do, if the grains are too soft for a stress.
 
     number : E*/p that softening aims at, the setting `key`; None: the grains are not softened, and LEAST_STIFFNESS is demanded.
-    Softer grains than that overlap so much that they are no grains any more.
+    Softer grains than that overlap so much that they are no grains any more. Adhesion presses them as a stress does.
     """
     wanted = LEAST_STIFFNESS if number is None else number
+    stress_pa += soil.contact_stress_pa
     least = wanted * stress_pa * (1.0 - soil.poisson_ratio)
     demand(
         soil.shear_modulus_pa >= least,

@@ -13,6 +13,7 @@ from virtual_soil.campaign.experiments import apparatus
 from virtual_soil.campaign.experiments.common import (
     CONSOLIDATION_STEPS,
     CONSOLIDATION_TIMES,
+    PREPARED_WITH_ADHESION,
     RESOLVED_RATIO,
     STRESSES,
     USUAL_ANGLES_DEG,
@@ -136,6 +137,7 @@ class Settings:
         maximum=1,
         note="Below 1 the bed is tamped, at 1 poured; the steady strength does not depend on it, the peak does.",
     )
+    prepared_with_adhesion: bool = PREPARED_WITH_ADHESION
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,6 +11,7 @@ from dem.experiments.soil import Soil
 from virtual_soil.calibration.response import Response
 from virtual_soil.campaign.experiments import apparatus
 from virtual_soil.campaign.experiments.common import (
+    PREPARED_WITH_ADHESION,
     SOLID_FRACTION,
     USUAL_ANGLES_DEG,
     bulk_density,
@@ -106,6 +107,7 @@ class Settings:
         note="scales with the geometry, as the lift height does. A heap that still moves then has no angle; if the tube is not "
         "clear of it then, its simulation has failed.",
     )
+    prepared_with_adhesion: bool = PREPARED_WITH_ADHESION
     estimator: str = choice("which estimator gives angle_of_repose_deg", "profile", ("profile", "silhouette"))
 
 
@@ -241,8 +243,15 @@ def time_limit_s(column_m: float, lift_speed_m_s: float, gravity_m_s2: float) ->
 
 
 def softening(soil: Soil, stress_pa: float, number: float | None) -> float:
-    """By how much to soften the grains so that E* over the stress under the column is `number`; None leaves them as they are."""
-    return 1.0 if number is None else soil.shear_modulus_pa / (1.0 - soil.poisson_ratio) / (number * stress_pa)
+    """By how much to soften the grains so that E* over the stress under the column is `number`; None leaves them as they are.
+
+    Adhesion presses the grains as a stress does.
+    """
+    return (
+        1.0
+        if number is None
+        else soil.shear_modulus_pa / (1.0 - soil.poisson_ratio) / (number * (stress_pa + soil.contact_stress_pa))
+    )
 
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:

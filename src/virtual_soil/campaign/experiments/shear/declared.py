@@ -14,6 +14,7 @@ from virtual_soil.campaign.experiments import apparatus
 from virtual_soil.campaign.experiments.common import (
     CONSOLIDATION_STEPS,
     CONSOLIDATION_TIMES,
+    PREPARED_WITH_ADHESION,
     RESOLVED_RATIO,
     STRESSES,
     USUAL_ANGLES_DEG,
@@ -157,6 +158,7 @@ class Settings:
         ("plane", "applied"),
         note="plane: measured on the shear plane; applied: load on the lid",
     )
+    prepared_with_adhesion: bool = PREPARED_WITH_ADHESION
 
 
 @dataclass(frozen=True, kw_only=True)
