@@ -280,6 +280,19 @@ class Simulation:
         """Fix grains to a wall: they move with it, and forces on them act on the wall."""
         self._state.glue(grain_indices, self._wall_index(wall))
 
+    def remove_grains(self, grain_indices) -> None:
+        """Remove grains, by their indices in `grains`; the others keep their order and the history of their contacts.
+
+        Raises
+        ------
+        ValueError : an index that no grain has.
+        """
+        indices, n = np.unique(np.asarray(grain_indices, np.int64)), self.n_grains
+        require(bool(((indices >= 0) & (indices < n)).all()), "grains to remove", indices, f"indices from 0 to {n - 1}")
+        stays = np.ones(n, bool)
+        stays[np.argsort(self._state.ids)[indices]] = False
+        self._state.restructure(np.flatnonzero(stays))
+
     # --- running --------------------------------------------------------------------------------------------------
 
     def advance(self, n_steps: int) -> None:
