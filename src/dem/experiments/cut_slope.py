@@ -1,6 +1,6 @@
 """Cut slope: a settled bed is cut at an angle; the steepest cut that stands is found by bisection.
 
-The bed lies between two smooth end walls on a rough floor, periodic in y, prepared without adhesion. It is noted once it is at rest,
+The bed lies between two smooth end walls on a rough floor, periodic in y, prepared without adhesion. It is noted once at rest,
 and every cut starts from it: grains get their friction and adhesion, those above a plane that falls from the crest to the floor are
 removed, and so is the wall in front of the toe. The slope has fallen when a share of a wedge as deep as it is high has moved,
 whatever the length of the bed; it stands when it is at rest again or its time is up. A laboratory does the same with a spatula, and
@@ -115,6 +115,11 @@ class CutSlope(Rich):
     max_overlap_ratio: float
     energy_dissipated_j: float = math.nan
     energy_residual_ratio: float = math.nan
+
+    @property
+    def history(self) -> dict[str, np.ndarray]:
+        """The cuts as columns."""
+        return {"cut_angle_deg": self.cuts[:, 0], "moved_ratio": self.cuts[:, 1]}
 
     @property
     def slope_angle_deg(self) -> float:
