@@ -14,7 +14,7 @@ True
 True
 """
 
-from dem.checkpoint import CheckpointError, load, save
+from dem.checkpoint import CheckpointError, load, packed, save, unpacked
 from dem.contact.model import work_of_adhesion
 from dem.factory import BoxRegion, Factory, Sizes, TubeRegion
 from dem.html import Rich
@@ -41,8 +41,10 @@ __all__ = [
     "TubeRegion",
     "Wall",
     "load",
+    "packed",
     "rayleigh_time",
     "save",
     "stable_time_step",
+    "unpacked",
     "work_of_adhesion",
 ]

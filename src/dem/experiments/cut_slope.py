@@ -16,8 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dem import Box, BoxRegion, Factory, Grains, Rich, Simulation, SimulationError
-from dem.checkpoint import packed, unpacked
+from dem import Box, BoxRegion, Factory, Grains, Rich, Simulation, SimulationError, packed, unpacked
 from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.specimen import GLUE_REACH_RATIO, floor, rectangle
 from dem.experiments.state import State, steps_in
