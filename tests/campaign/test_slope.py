@@ -1,6 +1,7 @@
 """Angles of cut slopes: what of a bisection becomes a response, and what is counted, expected and drawn of it."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -78,3 +79,36 @@ def test_the_picture_shows_the_steepest_cut_that_stood(small):
     assert (x[0], z[0] - z[1]) == pytest.approx((1e3 * cut_slope.CREST_RATIO * 0.013, 13.0))
     assert f"β {run['slope_angle_deg']:.1f} ± " in described.facts(run)
     assert described.facts({**run, "status": "column"}) == "column, 13 mm high"
+
+
+def test_culmanns_wedge_is_that_of_the_books():
+    """Stability of a vertical cut, H = 4 c / gamma tan(45 + phi / 2), and values of a table."""
+    assert described.culmann_kappa(90.0, 40.0) == pytest.approx(1.0 / (4.0 * math.tan(math.radians(65.0))))
+    assert described.culmann_kappa(40.0, 40.0) == 0.0
+    assert described.culmann_kappa(65.0, 40.0) == pytest.approx(0.0337, abs=1e-4)
+
+
+def study(lines):
+    """A study of three slopes of one height; lines : their peak strengths, or None."""
+    runs = pd.DataFrame(
+        {
+            "simulation_id": list("abc"), "point_id": list("ABC"), "fidelity": "campaign", "density_kg_m3": 2500.0,
+            "adhesive_stress_pa": [0.0, 150.0, 3000.0], "status": ["done", "done", "column"], "bed_solid_fraction": 0.6,
+            "slope_angle_deg": [40.0, 60.0, math.nan], "slope_height_m": 0.1,
+        }
+    )  # fmt: skip
+    return SimpleNamespace(tables={"slope": runs} | ({} if lines is None else {"peak_strength": lines}), config=defaults(Study))
+
+
+def test_slopes_stand_over_kappa_with_culmanns_wedge_where_the_strength_is_measured():
+    columns = {"peak_cohesion_pa": [0.0, 60.0, 1200.0], "peak_friction_angle_deg": [39.0, 40.0, 41.0]}
+    points = described.cohesive_points(study(pd.DataFrame({"point_id": list("ABC"), "fidelity": "campaign", **columns})))
+    assert list(points["kappa"]) == pytest.approx([0.0, 60.0 / (1500.0 * 9.81 * 0.1), 1200.0 / (1500.0 * 9.81 * 0.1)])
+    axes = described.against_cohesion(points).axes[0]
+    assert [line.get_label() for line in axes.lines][2:] == ["Culmann's wedge, φ 39°", "Culmann's wedge, φ 41°"]
+    assert list(axes.lines[1].get_ydata()) == [90.0]
+    unknown = described.cohesive_points(study(None))
+    assert unknown["kappa"].isna().all()
+    axes = described.against_cohesion(unknown).axes[0]
+    assert len(axes.lines) == 2
+    assert list(axes.lines[0].get_xdata()) == pytest.approx([0.0, 150.0 / (1500.0 * 9.81 * 0.1)])
