@@ -71,8 +71,8 @@ def packed(simulation: Simulation) -> np.ndarray:
 
 
 def unpacked(archive: np.ndarray) -> Simulation:
-    """The simulation of an array of `packed`."""
-    return read(archive.tobytes(), "a packed simulation")[0]
+    """The simulation of an array of `packed`; the checkpoint that may have held it is of this engine."""
+    return read(archive.tobytes(), "a packed simulation", None)[0]
 
 
 def load(path: str | Path) -> Simulation:
@@ -87,16 +87,16 @@ def load(path: str | Path) -> Simulation:
 
 def load_with_notes(path: str | Path) -> tuple[Simulation, dict]:
     """The simulation that was saved in a file, and the notes beside it; raises what `load` raises."""
-    return read(Path(path).read_bytes(), path)
+    return read(Path(path).read_bytes(), path, source_hash())
 
 
-def read(content: bytes, path: str | Path) -> tuple[Simulation, dict]:
-    """The simulation and the notes of an archive's bytes; path : its name in messages."""
+def read(content: bytes, path: str | Path, engine: str | None) -> tuple[Simulation, dict]:
+    """The simulation and the notes of an archive's bytes; path : its name in messages, engine : hash that it must have."""
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             arrays = dict(archive)
             description = json.loads(str(arrays.pop("description")))
-        if description["engine"] != source_hash():
+        if engine is not None and description["engine"] != engine:
             raise CheckpointError(f"{path} was written by another version of the engine; delete it to begin anew.")
         noted = {name.removeprefix(NOTE): arrays.pop(name) for name in list(arrays) if name.startswith(NOTE)}
         return restored(description, arrays), description["notes"] | noted
