@@ -102,7 +102,7 @@ def slope(before: pd.DataFrame, after: pd.DataFrame, run: Mapping) -> Figure:
         return figure
     places = ["x_m", "z_m"]
     moved = np.linalg.norm(after[places].to_numpy() - before[places].to_numpy(), axis=1) / before["radius_m"].mean()
-    for panel, state, name in zip(axes, (before, after), ("as cut", spoken(run["status"])), strict=True):
+    for panel, state, name in zip(axes, (before, after), ("as cut", "at its end"), strict=True):
         draw_grains(panel, state, np.minimum(moved, 10.0))
         panel.set_title(name)
     if np.isfinite(run["stands_deg"]):
