@@ -393,7 +393,7 @@ Study = make(
             float,
             setting(
                 "target duration in min of a job of short simulations; 0: one job per simulation; results do not depend on it",
-                1,
+                0.5,
                 minimum=0,
             ),
         ),
