@@ -201,7 +201,10 @@ class Factory:
         return random_orientations(self.n_grains, np.random.default_rng((self.seed, 1)))
 
     def make(self) -> tuple[np.ndarray, np.ndarray]:
-        """Positions (n, 3) and radii (n,) in m, of clumps of centres and equal volume. Raises ValueError if no grain fits into a layer."""
+        """Positions (n, 3) and radii (n,) in m; of clumps those of their centres, and of equal volume.
+
+        Raises ValueError when not a single grain fits into a layer.
+        """
         rng = np.random.default_rng(self.seed)
         radii = self.sizes.draw(self.n_grains, rng)
         r = self.sizes.largest_m * (1.0 if self.shape is None else self.shape.bounding_ratio)

@@ -264,10 +264,11 @@ class Simulation:
 
         Parameters
         ----------
-        clump : the shape. positions_m : (n, 3), of the centres of mass. equivalent_radii_m : (n,) or a number, radii of spheres of the
-        clumps' volume. orientations : (4,) or (n, 4), quaternions (w, x, y, z) of any length that turn the frame of `clump.spheres` to
-        space; by default as the shape has it. seed : draws random orientations instead. velocities_m_s, angular_velocities_rad_s : (3,)
-        or (n, 3).
+        clump : the shape. positions_m : (n, 3), of the centres of mass.
+        equivalent_radii_m : (n,) or a number, radii of spheres of the clumps' volume.
+        orientations : (4,) or (n, 4), quaternions (w, x, y, z) of any length that turn the frame of `clump.spheres` to space; by
+            default both frames agree. seed : draws random orientations instead.
+        velocities_m_s, angular_velocities_rad_s : (3,) or (n, 3).
 
         Raises
         ------
@@ -311,7 +312,7 @@ class Simulation:
         apart=False,
         clumps: NewClumps | None = None,
     ):
-        """As `add_grains`; apart: the new grains are known not to touch each other, nor others. clumps : of which they are members."""
+        """As `add_grains`; apart: the new grains are known not to touch each other, nor others. clumps : whose members they are."""
         positions = np.atleast_2d(np.asarray(positions_m, float))
         n = len(positions)
         radii = np.broadcast_to(np.asarray(radii_m, float), n)

@@ -1,14 +1,14 @@
 """Motion of clumps: loads of the members summed, centre and orientation moved by one step, members put in their places.
 
 Translation is that of grains. Rotation: the angular momentum L is kicked by the torque, then the orientation turns about the
-principal axes 3, 2, 1, 2, 3 in sequence by L_k dt / I_k, half of it outside ("no squish": Miller et al. 2002, J. Chem. Phys. 116, 8649;
-this form of free rotors: Dullweber, Leimkuhler, McLachlan 1997, J. Chem. Phys. 107, 5840). Symplectic, reversible, of second order,
-without iteration. The tangent of half an angle is taken as half the angle, which is of second order too and keeps every turn a
-rotation without any trigonometric function.
+principal axes 3, 2, 1, 2, 3 in sequence by L_k dt / I_k, half of it outside ("no squish": Miller et al. 2002, J. Chem. Phys. 116,
+8649). Symplectic, reversible, of second order, without iteration. The tangent of half an angle is taken as half the angle, which is
+of second order too and makes every turn a rotation without any trigonometric function.
 
-Rolling resistance of type A brakes the angular momentum: the torques mu_r F_n r of all contacts (r radius of the member) add up and act
-against L; they may stop the clump's spin within a step but not reverse it. For a sphere, and for a spin about a principal axis, that
-is against the spin, as `dem.contact.laws.rolling_a` has it; in general L and spin differ in direction.
+Rolling resistance of type A brakes the angular momentum: the torques mu_r F_n r of all contacts (r radius of the member) add up and
+act against L; they may stop the clump's spin within a step but not reverse it. For a sphere, and for a spin about a principal axis,
+that is against the spin, as `dem.contact.laws.rolling_a` has it; in general L and spin differ in direction. Type C acts by its
+torques on the members.
 """
 
 import math
@@ -71,22 +71,24 @@ def sum_members(grains, loads, clumps):
         v[BRAKE * B + q] = brake
 
 
-@inline_jit
+@lean_jit
 def move_clumps(grains, clumps, gravity, dt):
-    """Move every clump by dt with the loads that `collect_loads` has summed, and its members with it.
-
-    The members' own step (`dem.step.motion.integrate`), which sees no load, still follows: their places are set back by it.
-    """
-    if clumps is not None:
-        n = clumps.begin.shape[0] - 1
-        for k in range(0, n, B):
-            move_block(min(B, n - k), clumps.blocks[k // B], gravity, dt)
-        place_members(grains, clumps, dt)
+    """Move every clump by dt with the loads that `collect_loads` has summed, and its members; returns their largest speed."""
+    n = clumps.begin.shape[0] - 1
+    for k in range(0, n, B):
+        v, in_block = clumps.blocks[k // B], min(B, n - k)
+        kick_block(in_block, v, gravity, dt)
+        turn_block(in_block, v, dt)
+        rotate_block(in_block, v)
+    return place_members(grains, clumps)
 
 
 @lean_jit
-def move_block(n, v, gravity, dt):
-    """Move the n clumps of one block by dt; sets their rotations and angular velocities."""
+def kick_block(n, v, gravity, dt):
+    """Kick velocity and angular momentum of the n clumps of one block by their loads, and displace the centres.
+
+    This loop and the next two could be one: as with the contact stage, a processor overlaps more of short ones.
+    """
     gx, gy, gz = gravity[0] * dt, gravity[1] * dt, gravity[2] * dt
     for q in range(n):
         kick = dt * v[INV_MASS * B + q]
@@ -103,21 +105,24 @@ def move_block(n, v, gravity, dt):
         ly = v[(MOMENTUM + 1) * B + q] + dt * v[(TORQUE + 1) * B + q]
         lz = v[(MOMENTUM + 2) * B + q] + dt * v[(TORQUE + 2) * B + q]
         keep = 1.0 - braked(lx, ly, lz, dt * v[BRAKE * B + q], 1.0, TINY)
-        lx *= keep
-        ly *= keep
-        lz *= keep
-        v[MOMENTUM * B + q] = lx
-        v[(MOMENTUM + 1) * B + q] = ly
-        v[(MOMENTUM + 2) * B + q] = lz
+        v[MOMENTUM * B + q] = keep * lx
+        v[(MOMENTUM + 1) * B + q] = keep * ly
+        v[(MOMENTUM + 2) * B + q] = keep * lz
+
+
+@lean_jit
+def turn_block(n, v, dt):
+    """Turn the n clumps of one block; `SPIN` then holds the angular velocities in the body frame."""
+    for q in range(n):
+        lx, ly, lz = v[MOMENTUM * B + q], v[(MOMENTUM + 1) * B + q], v[(MOMENTUM + 2) * B + q]
+        l1 = v[ROTATION * B + q] * lx + v[(ROTATION + 3) * B + q] * ly + v[(ROTATION + 6) * B + q] * lz
+        l2 = v[(ROTATION + 1) * B + q] * lx + v[(ROTATION + 4) * B + q] * ly + v[(ROTATION + 7) * B + q] * lz
+        l3 = v[(ROTATION + 2) * B + q] * lx + v[(ROTATION + 5) * B + q] * ly + v[(ROTATION + 8) * B + q] * lz
+        i1, i2, i3 = v[INV_MOMENTS * B + q], v[(INV_MOMENTS + 1) * B + q], v[(INV_MOMENTS + 2) * B + q]
         w, x = v[QUATERNION * B + q], v[(QUATERNION + 1) * B + q]
         y, z = v[(QUATERNION + 2) * B + q], v[(QUATERNION + 3) * B + q]
-        # angular momentum in the body frame: rows of the rotation are its columns in space
-        l1 = (w * w + x * x - y * y - z * z) * lx + 2.0 * (x * y + w * z) * ly + 2.0 * (x * z - w * y) * lz
-        l2 = 2.0 * (x * y - w * z) * lx + (w * w - x * x + y * y - z * z) * ly + 2.0 * (y * z + w * x) * lz
-        l3 = 2.0 * (x * z + w * y) * lx + 2.0 * (y * z - w * x) * ly + (w * w - x * x - y * y + z * z) * lz
-        i1, i2, i3 = v[INV_MOMENTS * B + q], v[(INV_MOMENTS + 1) * B + q], v[(INV_MOMENTS + 2) * B + q]
-        quarter, half = 0.25 * dt, 0.5 * dt
-        t = quarter * l3 * i3
+        quarter = 0.25 * dt
+        t = quarter * l3 * i3  # tangent of half the angle
         norm = 1.0 / (1.0 + t * t)
         cos, sin, shrink = (1.0 - t * t) * norm, 2.0 * t * norm, norm
         l1, l2 = cos * l1 + sin * l2, cos * l2 - sin * l1
@@ -127,7 +132,7 @@ def move_block(n, v, gravity, dt):
         cos, sin, shrink = (1.0 - t * t) * norm, 2.0 * t * norm, shrink * norm
         l3, l1 = cos * l3 + sin * l1, cos * l1 - sin * l3
         w, x, y, z = w - y * t, x - z * t, y + w * t, z + x * t
-        t = half * l1 * i1
+        t = 2.0 * quarter * l1 * i1
         norm = 1.0 / (1.0 + t * t)
         cos, sin, shrink = (1.0 - t * t) * norm, 2.0 * t * norm, shrink * norm
         l2, l3 = cos * l2 + sin * l3, cos * l3 - sin * l2
@@ -139,33 +144,38 @@ def move_block(n, v, gravity, dt):
         w, x, y, z = w - y * t, x - z * t, y + w * t, z + x * t
         t = quarter * l3 * i3
         norm = 1.0 / (1.0 + t * t)
-        cos, sin, shrink = (1.0 - t * t) * norm, 2.0 * t * norm, shrink * norm
+        cos, sin, shrink = (1.0 - t * t) * norm, 2.0 * t * norm, math.sqrt(shrink * norm)
         l1, l2 = cos * l1 + sin * l2, cos * l2 - sin * l1
         w, x, y, z = w - z * t, x + y * t, y - x * t, z + w * t
-        shrink = math.sqrt(shrink)
-        w, x, y, z = shrink * w, shrink * x, shrink * y, shrink * z
-        v[QUATERNION * B + q] = w
-        v[(QUATERNION + 1) * B + q] = x
-        v[(QUATERNION + 2) * B + q] = y
-        v[(QUATERNION + 3) * B + q] = z
+        v[QUATERNION * B + q], v[(QUATERNION + 1) * B + q] = shrink * w, shrink * x
+        v[(QUATERNION + 2) * B + q], v[(QUATERNION + 3) * B + q] = shrink * y, shrink * z
+        v[SPIN * B + q], v[(SPIN + 1) * B + q], v[(SPIN + 2) * B + q] = l1 * i1, l2 * i2, l3 * i3
+
+
+@lean_jit
+def rotate_block(n, v):
+    """Set the rotations of the n clumps of one block, and turn `SPIN` from the body frame to space."""
+    for q in range(n):
+        w, x = v[QUATERNION * B + q], v[(QUATERNION + 1) * B + q]
+        y, z = v[(QUATERNION + 2) * B + q], v[(QUATERNION + 3) * B + q]
         r11, r12, r13 = w * w + x * x - y * y - z * z, 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)
         r21, r22, r23 = 2.0 * (x * y + w * z), w * w - x * x + y * y - z * z, 2.0 * (y * z - w * x)
         r31, r32, r33 = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), w * w - x * x - y * y + z * z
         v[ROTATION * B + q], v[(ROTATION + 1) * B + q], v[(ROTATION + 2) * B + q] = r11, r12, r13
         v[(ROTATION + 3) * B + q], v[(ROTATION + 4) * B + q], v[(ROTATION + 5) * B + q] = r21, r22, r23
         v[(ROTATION + 6) * B + q], v[(ROTATION + 7) * B + q], v[(ROTATION + 8) * B + q] = r31, r32, r33
-        w1, w2, w3 = l1 * i1, l2 * i2, l3 * i3
+        w1, w2, w3 = v[SPIN * B + q], v[(SPIN + 1) * B + q], v[(SPIN + 2) * B + q]
         v[SPIN * B + q] = r11 * w1 + r12 * w2 + r13 * w3
         v[(SPIN + 1) * B + q] = r21 * w1 + r22 * w2 + r23 * w3
         v[(SPIN + 2) * B + q] = r31 * w1 + r32 * w2 + r33 * w3
 
 
 @lean_jit
-def place_members(grains, clumps, dt):
-    """Give all members their velocities, and places from which their own step by dt ends where they belong."""
+def place_members(grains, clumps):
+    """Give all members their places and velocities; returns their largest speed (m/s)."""
     place, motion, _ = grains
     begin, grain, arm = clumps.begin, clumps.grain, clumps.arm
-    number = motion.dtype.type
+    number, fastest2 = motion.dtype.type, 0.0
     for c in range(begin.shape[0] - 1):
         v, q = clumps.blocks[c // B], c % B
         cx, cy, cz = v[CENTRE * B + q], v[(CENTRE + 1) * B + q], v[(CENTRE + 2) * B + q]
@@ -180,21 +190,19 @@ def place_members(grains, clumps, dt):
             x = r11 * a1 + r12 * a2 + r13 * a3
             y = r21 * a1 + r22 * a2 + r23 * a3
             z = r31 * a1 + r32 * a2 + r33 * a3
-            mx = number(vx + wy * z - wz * y)
-            my = number(vy + wz * x - wx * z)
-            mz = number(vz + wx * y - wy * x)
-            motion[i], motion[i + U[VY]], motion[i + U[VZ]] = mx, my, mz
+            place[o], place[o + U[1]], place[o + U[2]] = cx + x, cy + y, cz + z
+            x, y, z = vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x
+            motion[i], motion[i + U[VY]], motion[i + U[VZ]] = number(x), number(y), number(z)
             motion[i + U[UX]], motion[i + U[UY]], motion[i + U[UZ]] = number(r * wx), number(r * wy), number(r * wz)
-            place[o] = cx + x - mx * dt
-            place[o + U[1]] = cy + y - my * dt
-            place[o + U[2]] = cz + z - mz * dt
+            fastest2 = max(fastest2, x * x + y * y + z * z)
+    return math.sqrt(fastest2)
 
 
 @jit
 def book_clumps(clumps, grains, gravity, dt, mean):
-    """Kinetic energy before and after the kick by the summed loads, potential energy, loss of rolling (J); fills `mean` of the members.
+    """Kinetic energy before and after the kick by the summed loads, potential energy, loss of rolling (J).
 
-    As `dem.ledger.book_grains`; clumps : None, or Clumps.
+    Fills `mean` of the members. As `dem.ledger.book_grains`; clumps : None, or Clumps.
     """
     before, after, potential, rolling = 0.0, 0.0, 0.0, 0.0
     if clumps is not None:

@@ -13,13 +13,13 @@ from dem.clumps.shape import Clump
 from dem.html import Rich
 from dem.layout import BLOCK
 
-#: Rows of a block of clumps. State: centre (m), quaternion that turns the body frame to space, velocity (m/s), angular momentum about
-#: the centre in space (kg m2/s); velocity and angular momentum stand half a step behind, as those of grains.
+#: Rows of a block of clumps. State: centre (m), quaternion that turns the body frame to space, velocity (m/s), angular momentum
+#: about the centre in space (kg m2/s); velocity and angular momentum stand half a step behind, as those of grains.
 CENTRE, QUATERNION, VELOCITY, MOMENTUM = 0, 3, 7, 10
 #: Constants: 1/m (1/kg), 1/I about the axes of the body frame (1/(kg m2)), radius of the sphere of equal volume (m).
 INV_MASS, INV_MOMENTS, SIZE = 13, 14, 17
-#: Of this step: force, torque about the centre, the largest torque that opposes spin; rotation from body frame to space, row by row;
-#: angular velocity in space.
+#: Of this step: force, torque about the centre, the largest torque that opposes spin; rotation from body frame to space, row by
+#: row; angular velocity in space.
 FORCE, TORQUE, BRAKE, ROTATION, SPIN = 18, 21, 24, 25, 34
 ROWS = 37
 
@@ -29,9 +29,9 @@ AT_REST = (0.0, 0.0, 0.0)
 class Clumps(NamedTuple):
     """Clumps of a simulation, for the kernels.
 
-    blocks (blocks, ROWS x BLOCK): values of clump b stand at [b // BLOCK, row * BLOCK + b % BLOCK]. begin (n + 1,): members of clump b
-    are begin[b] to begin[b + 1]; grain, arm (m,), (m, 3): index of the grain, and place in the body frame in m. owner (grains,):
-    clump of every grain, -1 without.
+    blocks (blocks, ROWS x BLOCK): values of clump b stand at [b // BLOCK, row * BLOCK + b % BLOCK]. begin (n + 1,): members of
+    clump b are begin[b] to begin[b + 1]; grain (m,), arm (m, 3): index of the grain, and place in the body frame in m.
+    owner (grains,): clump of every grain, -1 without. others : grains without.
     """
 
     blocks: np.ndarray
@@ -39,6 +39,7 @@ class Clumps(NamedTuple):
     grain: np.ndarray
     arm: np.ndarray
     owner: np.ndarray
+    others: np.ndarray
 
 
 class NewClumps(NamedTuple):
@@ -60,9 +61,10 @@ class ClumpStates(Rich):
 
     Attributes
     ----------
-    positions_m, velocities_m_s, angular_velocities_rad_s : (n, 3), of the centres of mass. orientations : (n, 4), quaternions (w, x, y,
-    z) that turn the frame of the prototype's spheres to space. radii_m : (n,), of the spheres of equal volume. masses_kg : (n,).
-    moments_kg_m2 : (n, 3), about the axes of that frame. members : grains of each clump, as numbered in `Simulation.grains`.
+    positions_m, velocities_m_s, angular_velocities_rad_s : (n, 3), of the centres of mass.
+    orientations : (n, 4), quaternions (w, x, y, z) that turn the frame of the prototype's spheres to space.
+    radii_m, masses_kg : (n,), radii of the spheres of equal volume. moments_kg_m2 : (n, 3), about the axes of that frame.
+    members : grains of each clump, as numbered in `Simulation.grains`.
     """
 
     positions_m: np.ndarray
@@ -115,7 +117,8 @@ def clumps_of(table: np.ndarray, n_members: np.ndarray, grain: np.ndarray, arm: 
     blocks = np.ascontiguousarray(padded.reshape(-1, BLOCK, ROWS).transpose(0, 2, 1)).reshape(-1, ROWS * BLOCK)
     owner = np.full(n_grains, -1, np.int32)
     owner[grain] = np.repeat(np.arange(n), n_members)
-    return Clumps(blocks, np.concatenate([[0], np.cumsum(n_members)]).astype(np.int64), grain.astype(np.int64), arm, owner)
+    begin = np.concatenate([[0], np.cumsum(n_members)]).astype(np.int64)
+    return Clumps(blocks, begin, grain.astype(np.int64), arm, owner, np.flatnonzero(owner < 0))
 
 
 def selected(clumps: Clumps | None, number: np.ndarray, new: NewClumps | None, n_grains: int) -> Clumps | None:
@@ -150,6 +153,7 @@ def new_clumps(clump: Clump, positions, radii, quaternions, velocities, spins, d
     table[:, CENTRE : CENTRE + 3], table[:, QUATERNION : QUATERNION + 4] = positions, quaternions
     table[:, VELOCITY : VELOCITY + 3] = velocities
     table[:, MOMENTUM : MOMENTUM + 3] = np.einsum("bij,bj->bi", rotation, moments * in_body)
+    table[:, ROTATION : ROTATION + 9] = rotation.reshape(n, 9)
     table[:, INV_MASS], table[:, INV_MOMENTS : INV_MOMENTS + 3], table[:, SIZE] = 1.0 / mass, 1.0 / moments, radii
     arm = radii[:, None, None] * spheres[None, :, :3]
     return NewClumps(table, np.full(n, len(spheres), np.int64), arm.reshape(-1, 3))

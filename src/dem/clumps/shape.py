@@ -41,8 +41,8 @@ class Clump(Rich):
 
     Attributes
     ----------
-    name : preset, or file. spheres : (x, y, z, radius) of each, in radii of the sphere of equal volume, in the frame of the principal
-    axes about the centre of mass. moments : principal moments of inertia over m R^2 (R radius of the sphere of equal volume).
+    name : preset, or file. spheres : (x, y, z, radius) of each, in radii R of the sphere of equal volume, in the frame of the
+    principal axes about the centre of mass. moments : principal moments of inertia over m R^2.
     """
 
     name: str
@@ -78,8 +78,8 @@ class Clump(Rich):
 
         Raises
         ------
-        ValueError : no sphere, values that are no finite numbers, a radius that is not positive, spheres that do not hang together, one
-            that lies inside another, or radii more than WIDEST_RATIO apart; the message names the clump and its spheres from 1.
+        ValueError : no sphere, values that are no finite numbers, a radius that is not positive, spheres that do not hang together,
+            one that lies inside another, or radii more than WIDEST_RATIO apart; the message names the clump and its spheres from 1.
         """
         rows = [tuple(sphere) for sphere in spheres]
         require(

@@ -21,7 +21,8 @@ from dem.lists.slabs import cut_slabs, used_slabs
 class Search(NamedTuple):
     """Input of a search through the cell grid.
 
-    in_order (n, 5): positions, radii, tags in cell order (grains of one tag are fixed together). low, shape, start, cell, period: the grid (`dem.lists.grid`).
+    in_order (n, 5): positions, radii, tags in cell order (grains of one tag are fixed together). low, shape, start, cell, period:
+    the grid (`dem.lists.grid`).
     is_ring: the slabs close a ring across a periodic face. images: None, or Period.
     """
 
@@ -74,7 +75,7 @@ def find_pairs(grains, clumps, period, images, skin, outer):
 
 @strict_jit
 def in_cell_order(grains, clumps, order):
-    """Position, radius and tag of the grains in cell order, (n, 5): 0 for glued grains, below 0 for members of a clump, else unique."""
+    """Position, radius and tag of the grains in cell order, (n, 5)."""
     in_order = np.empty((order.shape[0], 5))
     for k in range(order.shape[0]):
         o = PLACE * order[k]
@@ -87,7 +88,7 @@ def in_cell_order(grains, clumps, order):
 
 @lean_jit
 def tag(i, grains, clumps):
-    """Number that grain i shares with those that it is fixed to only."""
+    """Number that grain i shares with those only that it is fixed to: 0 if glued, below 0 in a clump, else its own."""
     if grains.remainder[MOTION * i + INVERSE_MASS] == 0.0:
         return 0
     if clumps is not None:

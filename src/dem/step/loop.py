@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dem.bodies import carry_glued, fastest_body, geometry_ahead, move_bodies, sum_forces
-from dem.clumps.motion import collect_loads, move_clumps
+from dem.clumps.motion import collect_loads
 from dem.jit import inline_jit, jit, lean_jit
 from dem.layout import PLACE
 from dem.ledger import Ledger, book_step, note_step
@@ -81,10 +81,9 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
         carry_glued(state.grains, state.loads, scene)
         collect_loads(state.grains, state.loads, scene.clumps)
         book_step(run, outputs.ledger)
-        move_clumps(state.grains, scene.clumps, scene.gravity, model.step_s)
         add_to(outputs.mean_force, scene.bodies.force)
         if not plan.moves:
-            schedule.move(run, scratch.threads)
+            schedule.move(run, scene.clumps, scratch.threads)
         follow(run, pace, plan.n_steps)
         done += plan.n_steps
         if max(pace[SPEED], pace[BODY_SPEED]) > limits.speed:

@@ -12,6 +12,7 @@ import numpy as np
 
 from dem import shapes
 from dem.bodies import Scene, push
+from dem.clumps.motion import move_clumps
 from dem.contact.model import Model
 from dem.contact.stage import contact_stage
 from dem.jit import apart_jit, inline_jit, jit, lean_jit, parallel_jit, prange
@@ -295,6 +296,16 @@ steps_one, move_one, prune_one, save_one = inline_jit(_steps), lean_jit(_move), 
 steps_many, move_many, prune_many, save_many = (parallel_jit(body) for body in (_steps, _move, _prune, _save))
 
 
+@lean_jit
+def move_with_clumps(run, clumps):
+    """Advance clumps, then the grains that are no members; their largest speed (m/s) counts as that of slab 0."""
+    state, model, gravity = run.state, run.model, run.scene.gravity
+    of_members = move_clumps(state.grains, clumps, gravity, model.step_s)
+    zero = model.laws.numbers.zero
+    of_others = integrate(model.access.vector, state.grains, state.loads, clumps.others, gravity, model.step_s, zero)
+    run.scratch.speeds[0, 0] = max(of_members, of_others)
+
+
 @inline_jit
 def steps(plan, run, threads):
     """Make plan.n_steps steps; threads : None for one thread (also below)."""
@@ -305,7 +316,16 @@ def steps(plan, run, threads):
 
 
 @inline_jit
-def move(run, threads):
+def move(run, clumps, threads):
+    """Advance all grains by one step; clumps : None, or `run.scene.clumps`."""
+    if clumps is None:
+        move_grains(run, threads)
+    else:
+        move_with_clumps(run, clumps)
+
+
+@inline_jit
+def move_grains(run, threads):
     """Advance all grains by one step."""
     if threads is None:
         move_one(run, threads)
