@@ -6,7 +6,7 @@ Frame and signs: z up; overlap positive when grains touch; forces on walls are t
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -112,7 +112,7 @@ class Simulation:
         require(bool((period >= 0).all()), "period_m", period_m, "lengths, 0 where not periodic")
         require(floor_m < math.inf, "floor_m", floor_m, "a height, or -inf")
         require(1 <= threads <= MAX_THREADS, "threads", threads, f"1 to {MAX_THREADS}")
-        self._settings = {
+        self._settings: dict[str, Any] = {
             "smallest_radius_m": smallest_radius_m,
             "gravity_m_s2": list(gravity_m_s2),
             "period_m": list(period_m),

@@ -202,6 +202,7 @@ def place_members(grains, clumps):
 def book_clumps(clumps, grains, gravity, dt, mean):
     """Kinetic energy before and after the kick by the summed loads, potential energy, loss of rolling (J).
 
+    The brake acts during the kick: unlike a grain's, a clump's spin moves contacts, so the mean velocities include it.
     Fills `mean` of the members. As `dem.ledger.book_grains`; clumps : None, or Clumps.
     """
     before, after, potential, rolling = 0.0, 0.0, 0.0, 0.0
@@ -218,14 +219,14 @@ def book_clumps(clumps, grains, gravity, dt, mean):
                 after += 0.5 * mass * kicked_v[t] ** 2
                 potential -= mass * gravity[t] * v[CENTRE + t]
             old_w, new_w = spin_of(v, to_space, v[MOMENTUM : MOMENTUM + 3]), spin_of(v, to_space, kicked_l)
-            turned = 0.0
+            share = braked(kicked_l[0], kicked_l[1], kicked_l[2], dt * v[BRAKE], 1.0, TINY)
+            new_w *= 1.0 - share
+            mean_w = 0.5 * (old_w + new_w)
             for t in range(3):
                 before += 0.5 * v[MOMENTUM + t] * old_w[t]
-                turned += 0.5 * kicked_l[t] * new_w[t]
-            keep = 1.0 - braked(kicked_l[0], kicked_l[1], kicked_l[2], dt * v[BRAKE], 1.0, TINY)
-            rolling += turned * (1.0 - keep * keep)
-            after += turned * keep * keep
-            note_members(clumps, c, grains, 0.5 * (v[VELOCITY : VELOCITY + 3] + kicked_v), 0.5 * (old_w + new_w), mean)
+                after += 0.5 * (1.0 - share) * kicked_l[t] * new_w[t]
+                rolling += share * kicked_l[t] * mean_w[t]
+            note_members(clumps, c, grains, 0.5 * (v[VELOCITY : VELOCITY + 3] + kicked_v), mean_w, mean)
     return before, after, potential, rolling
 
 

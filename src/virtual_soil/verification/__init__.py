@@ -3,7 +3,17 @@
 GROUPS maps the name of a group to the function that runs it and returns its checks.
 """
 
-from virtual_soil.verification import conservation, energy, friction, invariance, normal_impact, oblique_impact, rest, strength
+from virtual_soil.verification import (
+    clumps,
+    conservation,
+    energy,
+    friction,
+    invariance,
+    normal_impact,
+    oblique_impact,
+    rest,
+    strength,
+)
 from virtual_soil.verification.check import Check, table_of
 
 #: Groups of checks with run times of seconds to minutes, in the order of the page.
@@ -15,6 +25,7 @@ GROUPS = {
     "invariance": invariance.checks,
     "rest": rest.checks,
     "energy": energy.checks,
+    "clumps": clumps.checks,
     "strength": strength.checks,
 }
 

@@ -31,6 +31,9 @@ so that its heaps do not creep; type C holds them by rolling springs.""",
     "energy": """Grains fall into a tube, settle, and the tube rises. `Simulation(energy_ledger=True)` books every step; the
 contact laws are evaluated for it a second time, apart from the fast kernels. "Springs remade" (`dem.ledger`) is energy that the
 tangential law itself gives or takes, because its stiffness changes with the overlap; it does not vanish with the step.""",
+    "clumps": """Rigid unions of spheres (`dem.Clump`). Their spheres touch as grains do; their loads move one body, whose
+orientation turns by a splitting about the principal axes. Two clumps that touch at several spheres are stiffer and more damped than
+one contact, so that their restitution is lower than that of the material.""",
     "strength": """Plane shear (`dem.experiments.plane_shear`): a bed that is periodic in x and y, sheared between glued layers,
 without gravity, until its strength is steady. The published values are of homogeneous shear without walls; those of different
 authors differ by 5 to 10 %. Radii are spread by 10 % beside them, since equal spheres order along floor and lid.""",
@@ -62,8 +65,8 @@ LIMITS = """## What is not validated
 
 - **Against experiments**: only the points of test 4, one material and one impact speed. All else is verification: the
   equations are solved right, which says nothing about whether they are the right ones for a soil.
-- **The materials' strength**: in test 1 glass presses on glass with up to 3.7 GPa. Plasticity, adhesion, breakage and grain
-  shape are not modelled.
+- **The materials' strength**: in test 1 glass presses on glass with up to 3.7 GPa. Plasticity, adhesion and breakage
+  are not modelled.
 - **The tangential law** is Mindlin's no-slip stiffness with a Coulomb limit, without micro-slip and without the dependence on
   the history of the normal load (Mindlin & Deresiewicz 1953). Contacts that stick for a part of the impact are checked
   against the published points only.
