@@ -277,6 +277,7 @@ class Simulation:
         positions = np.atleast_2d(np.asarray(positions_m, float))
         n = len(positions)
         radii = np.broadcast_to(np.asarray(equivalent_radii_m, float), n)
+        require(bool((radii > 0.0).all()), "equivalent_radii_m", radii.min(initial=0.0), "positive numbers")
         require(orientations is None or seed is None, "seed beside orientations", seed, "one of the two")
         turns = np.asarray((1.0, 0.0, 0.0, 0.0) if orientations is None else orientations, float)
         if seed is not None:

@@ -3,7 +3,7 @@
 One sphere and two are exact: the plane through the circle in which two spheres meet cuts their union into two caps, bodies of
 revolution with polynomials as integrals. Three and more are cut into columns of square cross-section, and each column's union of
 chords is exact. Error of the columns, beside exact pairs of spheres in any direction: below 5e-5 of the volume, of the largest
-moment and, for the centre, of the extent (tests/dem/clumps/test_union.py).
+moment and, for the centre, of the extent (tests/dem/test_clump_shapes.py).
 """
 
 import math

@@ -9,11 +9,12 @@ returns after 6.422703, (0.01, 1, 0) flips to (0.01, -1, 0) and returns after 41
 the spin by its rate of change times that. A symmetric top turns about its angular momentum L at L / I_perp.
 
 Impact of a dimer, axis at 45 degrees, at speed v on a smooth wall, elastic: the impulse J = 2 v / (1/m + a^2/I), a = r / sqrt(8),
-acts for a moment only: V' = J/m - v, w' = J a / I. During the impact the dimer turns by at most w' times its duration, which changes
-a by as much.
+acts for a moment only: V' = J/m - v, w' = J a / I. During the impact the dimer turns by at most w' times its duration, which
+changes a by as much.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -182,7 +183,7 @@ def single_sphere() -> list[Check]:
     ends = []
     for is_clump in (False, True):
         simulation = under_gravity()
-        motion = {"velocities_m_s": (0.1, 0.0, -0.1), "angular_velocities_rad_s": (3.0, -50.0, 20.0)}
+        motion: dict[str, Any] = {"velocities_m_s": (0.1, 0.0, -0.1), "angular_velocities_rad_s": (3.0, -50.0, 20.0)}
         if is_clump:
             simulation.add_clumps(dem.Clump.preset("sphere"), [(0, 0, 1.2 * RADIUS_M)], RADIUS_M, "grain", **motion)
         else:
