@@ -75,14 +75,14 @@ def test_members_stay_where_their_clump_puts_them_and_other_grains_move_by_thems
     assert len(simulation.clumps) == 65
     assert simulation.n_grains == 4 * 60 + 2 + 2 * 5
     assert rigid(simulation) < 1e-14
-    assert np.abs(np.linalg.norm(simulation.clumps.orientations, axis=1) - 1.0).max() < 1e-13
+    assert np.abs(np.linalg.norm(simulation.clumps.orientations, axis=1) - 1.0).max() < 1e-15
     assert simulation.grains.positions_m[:, 2].min() > 0.9 * RADIUS_M
     assert simulation.kinetic_energy_j > 0.0
 
 
 def test_members_of_a_clump_are_no_pair_and_all_other_neighbours_are():
     simulation = poured()
-    simulation.run(0.03)
+    simulation.run(0.1)
     state = simulation._state
     outer, owner = state.lists.pairs.outer, state.clumps.owner
     listed = {frozenset((i, outer.partner[k])) for i in range(state.n_grains) for k in range(*outer.row[i])}
@@ -119,7 +119,7 @@ def test_turning_keeps_quaternion_and_angular_momentum_and_agrees_with_a_fine_tw
         return records.table_of(clumps)
 
     after = turned(dt, steps)
-    assert np.abs(np.linalg.norm(after[:, 3:7], axis=1) - 1.0).max() < 1e-13
+    assert np.abs(np.linalg.norm(after[:, 3:7], axis=1) - 1.0).max() < 1e-15
     assert (after[:, MOMENTA] == table[:, MOMENTA]).all()
     energy = [(values[:, MOMENTA] * records.angular_velocities(values)).sum(axis=1) for values in (table, after)]
     assert energy[1] == pytest.approx(energy[0], rel=1e-4)
@@ -286,8 +286,8 @@ for shape in (None, dem.Clump.preset("sphere")):
         interactions={("soil", "soil"): touch}, smallest_radius_m=1e-3, period_m=(0.02, 0.0, 0.0), rolling_model="type_c",
         walls=[dem.Box(name="floor", material="soil", low_m=(-1, -1, 0), high_m=(1, 1, 0))], vector_code=False, precision="float64",
     )
-    places = [(0.0, 1e-4, 1.0e-3), (0.0, 1.2e-4, 3.0e-3), (0.0186, 0.0, 1.5e-3)]
-    motion = {"velocities_m_s": (0.02, 0, -0.05), "angular_velocities_rad_s": (30.0, 0.0, 10.0)}
+    places = [(0.0, 1e-4, 1.0e-3), (0.0, 1.2e-4, 3.0e-3), (0.0186, 1.55e-3, 1.0e-3)]
+    motion = {"velocities_m_s": [(0.02, 0, -0.05), (0.02, 0, -0.05), (0.1, 0.0, 0.0)], "angular_velocities_rad_s": (30.0, 0.0, 10.0)}
     if shape is None:
         simulation.add_grains(places, 1e-3, "soil", **motion)
     else:
