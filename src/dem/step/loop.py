@@ -83,7 +83,7 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
         book_step(run, outputs.ledger)
         add_to(outputs.mean_force, scene.bodies.force)
         if not plan.moves:
-            schedule.move(run, scene.clumps, scratch.threads)
+            schedule.move_all(run, scene.clumps, scratch.threads)
         follow(run, pace, plan.n_steps)
         done += plan.n_steps
         if max(pace[SPEED], pace[BODY_SPEED]) > limits.speed:

@@ -316,16 +316,16 @@ def steps(plan, run, threads):
 
 
 @inline_jit
-def move(run, clumps, threads):
-    """Advance all grains by one step; clumps : None, or `run.scene.clumps`."""
+def move_all(run, clumps, threads):
+    """Advance clumps and all grains by one step; clumps : None, or `run.scene.clumps`."""
     if clumps is None:
-        move_grains(run, threads)
+        move(run, threads)
     else:
         move_with_clumps(run, clumps)
 
 
 @inline_jit
-def move_grains(run, threads):
+def move(run, threads):
     """Advance all grains by one step."""
     if threads is None:
         move_one(run, threads)
