@@ -11,8 +11,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import dem
+from dem import jit
 from dem.checkpoint import arrays_of
-from dem.clumps import motion, records
+from dem.clumps import motion, records, vectors
 from dem.layout import RADIUS
 
 MATERIAL = dem.Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)
@@ -142,6 +143,35 @@ def twins(table, duration, n=400):
         turn = Rotation.from_rotvec(dt * spin(half)) * turn
     found = turn.as_quat(scalar_first=True)
     return found * np.sign((found * quaternions).sum(axis=1))[:, None]
+
+
+@pytest.mark.skipif(jit.DISABLED, reason="vector code is compiled only")
+def test_vector_code_sums_and_places_as_plain_code_does():
+    simulation = poured(n=80)
+    grains, clumps = simulation._state.grains, simulation._state.clumps
+    rng = np.random.default_rng(5)
+    loads = rng.normal(size=simulation._state.loads.shape).astype(np.float32)
+    loads.reshape(-1, 8)[:, 3] = 0.0
+    clumps.blocks[:, records.VELOCITY * 256 : records.MOMENTUM * 256] = rng.normal(size=(len(clumps.blocks), 768))
+    clumps.blocks[:, records.SPIN * 256 :] = rng.normal(size=(len(clumps.blocks), 768))
+    found = []
+    for module in (motion, vectors):
+        left, members = loads.copy(), clumps.owner >= 0
+        module.sum_members(grains, left, clumps)
+        assert not left.reshape(-1, 8)[members].any()
+        assert (left.reshape(-1, 8)[~members] == loads.reshape(-1, 8)[~members]).all()
+        grains.place.reshape(-1, 4)[members, :3] = 0.0
+        grains.motion.reshape(-1, 8)[members] = 0.0
+        fastest = module.place_members(grains, clumps)
+        found.append((records.table_of(clumps), grains.place.copy(), grains.motion.copy(), fastest))
+    (sums, places, speeds, fastest), (other_sums, other_places, other_speeds, other_fastest) = found
+    of_step = slice(records.FORCE, records.BRAKE + 1)
+    assert np.abs(sums[:, of_step]).min() > 0.0
+    assert other_sums[:, of_step] == pytest.approx(sums[:, of_step], abs=1e-12)
+    assert other_places == pytest.approx(places, abs=1e-15)
+    assert other_speeds == pytest.approx(speeds, abs=1e-6)
+    assert other_fastest == pytest.approx(fastest)
+    assert fastest == pytest.approx(np.linalg.norm(speeds.reshape(-1, 8)[:, :3], axis=1).max())
 
 
 def state(simulation):
@@ -287,7 +317,8 @@ for shape in (None, dem.Clump.preset("sphere")):
         walls=[dem.Box(name="floor", material="soil", low_m=(-1, -1, 0), high_m=(1, 1, 0))], vector_code=False, precision="float64",
     )
     places = [(0.0, 1e-4, 1.0e-3), (0.0, 1.2e-4, 3.0e-3), (0.0186, 1.55e-3, 1.0e-3)]
-    motion = {"velocities_m_s": [(0.02, 0, -0.05), (0.02, 0, -0.05), (0.1, 0.0, 0.0)], "angular_velocities_rad_s": (30.0, 0.0, 10.0)}
+    velocities = [(0.02, 0, -0.05), (0.02, 0, -0.05), (0.1, 0.0, 0.0)]
+    motion = {"velocities_m_s": velocities, "angular_velocities_rad_s": (30.0, 0.0, 10.0)}
     if shape is None:
         simulation.add_grains(places, 1e-3, "soil", **motion)
     else:

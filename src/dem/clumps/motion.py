@@ -15,6 +15,7 @@ import math
 
 import numpy as np
 
+from dem.clumps import vectors
 from dem.clumps.records import (
     BRAKE,
     CENTRE,
@@ -38,10 +39,28 @@ TINY = 1e-200
 
 
 @inline_jit
-def collect_loads(grains, loads, clumps):
-    """Sum the loads of all members for their clumps, and clear them. clumps : None, or Clumps (also below)."""
+def collect_loads(vector, grains, loads, clumps):
+    """Sum the loads of all members for their clumps, and clear them. clumps : None, or Clumps."""
     if clumps is not None:
+        sum_loads(vector, grains, loads, clumps)
+
+
+@inline_jit
+def sum_loads(vector, grains, loads, clumps):
+    """As `sum_members`; vector : see `dem.layout.Access`."""
+    if vector is None:
         sum_members(grains, loads, clumps)
+    else:
+        vectors.sum_members(grains, loads, clumps)
+
+
+@inline_jit
+def place_all(vector, grains, clumps):
+    """As `place_members`; vector : see `dem.layout.Access`."""
+    if vector is None:
+        return place_members(grains, clumps)
+    else:  # noqa: RET505  # see `dem.step.schedule.integrate`
+        return vectors.place_members(grains, clumps)
 
 
 @lean_jit
@@ -72,7 +91,7 @@ def sum_members(grains, loads, clumps):
 
 
 @lean_jit
-def move_clumps(grains, clumps, gravity, dt):
+def move_clumps(vector, grains, clumps, gravity, dt):
     """Move every clump by dt with the loads that `collect_loads` has summed, and its members; returns their largest speed."""
     n = clumps.begin.shape[0] - 1
     for k in range(0, n, B):
@@ -80,7 +99,7 @@ def move_clumps(grains, clumps, gravity, dt):
         kick_block(in_block, v, gravity, dt)
         turn_block(in_block, v, dt)
         rotate_block(in_block, v)
-    return place_members(grains, clumps)
+    return place_all(vector, grains, clumps)
 
 
 @lean_jit

@@ -79,7 +79,7 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
         schedule.steps(plan, run, scratch.threads)
         sum_forces(scene, scratch.force, used_slabs(lists.pairs.outer.slab))
         carry_glued(state.grains, state.loads, scene)
-        collect_loads(state.grains, state.loads, scene.clumps)
+        collect_loads(model.access.vector, state.grains, state.loads, scene.clumps)
         book_step(run, outputs.ledger)
         add_to(outputs.mean_force, scene.bodies.force)
         if not plan.moves:

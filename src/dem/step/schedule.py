@@ -300,7 +300,7 @@ steps_many, move_many, prune_many, save_many = (parallel_jit(body) for body in (
 def move_with_clumps(run, clumps):
     """Advance clumps, then the grains that are no members; their largest speed (m/s) counts as that of slab 0."""
     state, model, gravity = run.state, run.model, run.scene.gravity
-    of_members = move_clumps(state.grains, clumps, gravity, model.step_s)
+    of_members = move_clumps(model.access.vector, state.grains, clumps, gravity, model.step_s)
     zero = model.laws.numbers.zero
     of_others = integrate(model.access.vector, state.grains, state.loads, clumps.others, gravity, model.step_s, zero)
     run.scratch.speeds[0, 0] = max(of_members, of_others)
