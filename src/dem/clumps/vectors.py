@@ -12,7 +12,7 @@ from llvmlite import ir
 from dem.clumps.records import BRAKE, CENTRE, FORCE, ROTATION, SPIN, TORQUE, VELOCITY
 from dem.jit import cgutils, intrinsic, lean_jit, types
 from dem.layout import BLOCK, LOAD, MOTION, PLACE, RADIUS
-from dem.step.vectors import FAST, INT32, INT64, Emitter
+from dem.step.vectors import FAST, INT32, INT64, Emitter, spread_scalar
 
 #: Lanes of a vector for a cross product: y, z, x and z, x, y; the last lane stays.
 NEXT, AFTER_NEXT = [1, 2, 0, 3], [2, 0, 1, 3]
@@ -86,10 +86,7 @@ def place_clump(typing, place, motion, grain, values, q, first, last, arm):
             old, away = e.load(place, at, PLACE), e.constant(NOTHING)
             for t, axis in enumerate(axes):
                 length = builder.load(builder.gep(arm[0], [e.at(offset, t)]))
-                lanes = builder.insert_element(
-                    ir.Constant(ir.VectorType(DOUBLE, PLACE), ir.Undefined), length, ir.Constant(INT32, 0)
-                )
-                away = e.fma(axis, e.spread(lanes, 0, PLACE), away)
+                away = e.fma(axis, spread_scalar(e, length, PLACE), away)
             e.store(place, at, e.pick(builder.fadd(centre, away), old, [0, 1, 2, 4 + RADIUS]))
             moving = e.add_cross(spin, away, velocity)
             turning = builder.fmul(spin, e.spread(old, RADIUS, PLACE))
