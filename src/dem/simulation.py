@@ -275,17 +275,13 @@ class Simulation:
         ValueError : what `add_grains` refuses, of all spheres; orientations together with a seed, or of length zero.
         """
         positions = np.atleast_2d(np.asarray(positions_m, float))
-        n = len(positions)
-        radii = np.broadcast_to(np.asarray(equivalent_radii_m, float), n)
+        radii = np.broadcast_to(np.asarray(equivalent_radii_m, float), len(positions))
         require(bool((radii > 0.0).all()), "equivalent_radii_m", radii.min(initial=0.0), "positive numbers")
         require(orientations is None or seed is None, "seed beside orientations", seed, "one of the two")
-        turns = np.asarray((1.0, 0.0, 0.0, 0.0) if orientations is None else orientations, float)
-        if seed is not None:
-            turns = records.random_orientations(n, np.random.default_rng(seed))
-        require(turns.shape in ((4,), (n, 4)), "shape of orientations", turns.shape, f"(4,) or ({n}, 4)")
-        lengths = np.linalg.norm(np.atleast_2d(turns), axis=1, keepdims=True)
-        require(bool((np.isfinite(lengths) & (lengths > 0.0)).all()), "orientations", "zero or not finite", "quaternions")
-        turns = np.broadcast_to(np.atleast_2d(turns) / lengths, (n, 4))
+        if seed is None:
+            turns = records.unit_quaternions(orientations, len(positions))
+        else:
+            turns = records.random_orientations(len(positions), np.random.default_rng(seed))
         self._add_clumps(clump, positions, radii, material, turns, velocities_m_s, angular_velocities_rad_s)
 
     def _add_clumps(
@@ -293,15 +289,13 @@ class Simulation:
     ):
         """As `add_clumps`; positions (n, 3), radii (n,), turns (n, 4) of length 1."""
         require(material in self.materials, "material of clumps", repr(material), f"one of {list(self.materials)}")
-        n, k = len(radii), clump.n_spheres
-        velocities, spins = (np.broadcast_to(np.asarray(v, float), (n, 3)) for v in (velocities_m_s, angular_velocities_rad_s))
+        velocities, spins = (
+            np.broadcast_to(np.asarray(v, float), (len(radii), 3)) for v in (velocities_m_s, angular_velocities_rad_s)
+        )
         new = records.new_clumps(clump, positions, radii, turns, velocities, spins, self.materials[material].density_kg_m3)
-        arms = np.einsum("bij,bkj->bki", records.rotation_of(turns), new.arm.reshape(n, k, 3))
-        member_velocities = velocities[:, None] + np.cross(spins[:, None], arms)
-        member_radii = np.outer(radii, [r for *_, r in clump.spheres]).ravel()
-        places, moving = (positions[:, None] + arms).reshape(-1, 3), member_velocities.reshape(-1, 3)
         self._ensure_compiled(clumps=True)
-        self._add(places, member_radii, material, moving, np.repeat(spins, k, axis=0), apart, new)
+        members = records.members_of(clump, new)
+        self._add(members.positions, members.radii, material, members.velocities, members.spins, apart, new)
 
     def _add(
         self,

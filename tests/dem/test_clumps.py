@@ -14,7 +14,7 @@ import dem
 from dem import jit
 from dem.checkpoint import arrays_of
 from dem.clumps import motion, records, vectors
-from dem.layout import RADIUS
+from dem.layout import BLOCK, RADIUS
 
 MATERIAL = dem.Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)
 FLOOR = dem.Box(name="floor", material="soil", low_m=(-1.0, -1.0, 0.0), high_m=(1.0, 1.0, 0.0))
@@ -113,8 +113,8 @@ def test_turning_keeps_quaternion_and_angular_momentum_and_agrees_with_a_fine_tw
     def turned(dt, steps):
         clumps = records.clumps_of(table, np.zeros(n, np.int64), none, np.zeros((0, 3)), 0)
         for _ in range(steps):
-            for block in range(2):
-                in_block = min(256, n - 256 * block)
+            for block in range(len(clumps.blocks)):
+                in_block = min(BLOCK, n - BLOCK * block)
                 motion.turn_block(in_block, clumps.blocks[block], dt)
                 motion.rotate_block(in_block, clumps.blocks[block])
         return records.table_of(clumps)
@@ -152,8 +152,9 @@ def test_vector_code_sums_and_places_as_plain_code_does():
     rng = np.random.default_rng(5)
     loads = rng.normal(size=simulation._state.loads.shape).astype(np.float32)
     loads.reshape(-1, 8)[:, 3] = 0.0
-    clumps.blocks[:, records.VELOCITY * 256 : records.MOMENTUM * 256] = rng.normal(size=(len(clumps.blocks), 768))
-    clumps.blocks[:, records.SPIN * 256 :] = rng.normal(size=(len(clumps.blocks), 768))
+    three = (len(clumps.blocks), 3 * BLOCK)
+    clumps.blocks[:, records.VELOCITY * BLOCK : records.MOMENTUM * BLOCK] = rng.normal(size=three)
+    clumps.blocks[:, records.SPIN * BLOCK :] = rng.normal(size=three)
     found = []
     for module in (motion, vectors):
         left, members = loads.copy(), clumps.owner >= 0

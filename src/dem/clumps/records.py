@@ -12,6 +12,7 @@ import numpy as np
 from dem.clumps.shape import Clump
 from dem.html import Rich
 from dem.layout import BLOCK
+from dem.material import require
 
 #: Rows of a block of clumps. State: centre (m), quaternion that turns the body frame to space, velocity (m/s), angular momentum
 #: about the centre in space (kg m2/s); velocity and angular momentum stand half a step behind, as those of grains.
@@ -53,6 +54,15 @@ class NewClumps(NamedTuple):
     def owner(self) -> np.ndarray:
         """Clump of every member (m,)."""
         return np.repeat(np.arange(len(self.table)), self.n_members)
+
+
+class Members(NamedTuple):
+    """Members of new clumps, clump by clump: positions, velocities, angular velocities (m, 3), radii (m,)."""
+
+    positions: np.ndarray
+    velocities: np.ndarray
+    spins: np.ndarray
+    radii: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -148,7 +158,7 @@ def new_clumps(clump: Clump, positions, radii, quaternions, velocities, spins, d
     mass = density_kg_m3 * 4.0 / 3.0 * np.pi * radii**3
     moments = mass[:, None] * radii[:, None] ** 2 * np.array(clump.moments)
     rotation = rotation_of(quaternions)
-    in_body = np.einsum("bij,bi->bj", rotation, np.broadcast_to(spins, (n, 3)))
+    in_body = np.einsum("bij,bi->bj", rotation, spins)
     table = np.zeros((n, ROWS))
     table[:, CENTRE : CENTRE + 3], table[:, QUATERNION : QUATERNION + 4] = positions, quaternions
     table[:, VELOCITY : VELOCITY + 3] = velocities
@@ -157,6 +167,28 @@ def new_clumps(clump: Clump, positions, radii, quaternions, velocities, spins, d
     table[:, INV_MASS], table[:, INV_MOMENTS : INV_MOMENTS + 3], table[:, SIZE] = 1.0 / mass, 1.0 / moments, radii
     arm = radii[:, None, None] * spheres[None, :, :3]
     return NewClumps(table, np.full(n, len(spheres), np.int64), arm.reshape(-1, 3))
+
+
+def members_of(clump: Clump, new: NewClumps) -> Members:
+    """Members of new clumps of a prototype."""
+    owner, spins = new.owner, angular_velocities(new.table)
+    turns = rotation_of(new.table[:, QUATERNION : QUATERNION + 4])
+    arms = np.einsum("mij,mj->mi", turns[owner], new.arm)
+    return Members(
+        positions=new.table[owner, CENTRE : CENTRE + 3] + arms,
+        velocities=new.table[owner, VELOCITY : VELOCITY + 3] + np.cross(spins[owner], arms),
+        spins=spins[owner],
+        radii=np.outer(new.table[:, SIZE], [r for *_, r in clump.spheres]).ravel(),
+    )
+
+
+def unit_quaternions(orientations, n: int) -> np.ndarray:
+    """Quaternions (n, 4) of norm 1; orientations : one or n of any other norm, or None for no turn. Refuses what is no rotation."""
+    turns = np.asarray((1.0, 0.0, 0.0, 0.0) if orientations is None else orientations, float)
+    require(turns.shape in ((4,), (n, 4)), "shape of orientations", turns.shape, f"(4,) or ({n}, 4)")
+    norms = np.linalg.norm(np.atleast_2d(turns), axis=1, keepdims=True)
+    require(bool((np.isfinite(norms) & (norms > 0.0)).all()), "orientations", "zero or not finite", "quaternions")
+    return np.broadcast_to(np.atleast_2d(turns) / norms, (n, 4))
 
 
 def rotation_of(quaternions: np.ndarray) -> np.ndarray:
