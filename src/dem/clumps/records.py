@@ -97,7 +97,8 @@ def table_of(clumps: Clumps | None) -> np.ndarray:
     """Values of the clumps (n, ROWS), a copy; none without clumps."""
     if clumps is None:
         return np.zeros((0, ROWS))
-    return clumps.blocks.reshape(-1, ROWS, BLOCK).transpose(0, 2, 1).reshape(-1, ROWS)[: len(clumps.begin) - 1]
+    table = clumps.blocks.reshape(-1, ROWS, BLOCK).transpose(0, 2, 1).reshape(-1, ROWS)
+    return table[: len(clumps.begin) - 1].copy()  # of a single block it is a view
 
 
 def states_of(clumps: Clumps | None, ids: np.ndarray) -> ClumpStates:
