@@ -51,7 +51,7 @@ TABLES = {
 
 HEAD = """# Cohesion of grains that stick
 
-Written by `python benchmarks/cohesion.py`: {n} plane shear tests, {seeds} seeds under each of the normal stresses {stresses} Pa. Beds
+Written by `python benchmarks/cohesion.py`: {n} plane shear tests, {seeds} seeds under each normal stress of {stresses} Pa. Beds
 are prepared without adhesion, then sheared with it. c and φ with their standard errors are those of the line through all tests of a
 row; solid fractions are those before shearing, of the lowest and the highest stress. c / σa: cohesion at the peak over the adhesive
 stress σa = F_c/d², the pull-off force of two grains over their diameter squared.

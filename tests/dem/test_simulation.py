@@ -76,7 +76,7 @@ def find_pairs(positions, radii, period, skin, capacity):
     order, slab = np.zeros(n, np.int64), np.zeros(slabs.SLABS + 1, np.int64)
     period, outer = np.asarray(period, float), storage.Outer(row, owner, partner, np.zeros((capacity, 3)), order, slab)
     images = Period(period, grid.frequencies(period)) if period.any() else None
-    m = pairs.find_pairs(grains, period, images, skin, outer)
+    m = pairs.find_pairs(grains, None, period, images, skin, outer)
     assert m < 0 or all((owner[begin:end] == i).all() for i, (begin, end) in enumerate(row))
     return m, row, partner, order, slab
 
