@@ -14,7 +14,7 @@ True
 True
 """
 
-from dem.checkpoint import CheckpointError, load, save
+from dem.checkpoint import CheckpointError, load, packed, save, unpacked
 from dem.clumps.records import ClumpStates
 from dem.clumps.shape import Clump
 from dem.contact.model import work_of_adhesion
@@ -45,8 +45,10 @@ __all__ = [
     "TubeRegion",
     "Wall",
     "load",
+    "packed",
     "rayleigh_time",
     "save",
     "stable_time_step",
+    "unpacked",
     "work_of_adhesion",
 ]

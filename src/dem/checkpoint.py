@@ -9,7 +9,7 @@ import json
 import os
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -44,20 +44,37 @@ def save(simulation: Simulation, path: str | Path, notes: dict | None = None) ->
 
     notes : data of the caller to be stored with it (`load_with_notes`); name -> array, or a plain value that JSON can hold.
     """
-    path, notes = Path(path), notes or {}
+    path = Path(path)
     part = path.with_name(f"{path.name}.{os.getpid()}.part")  # unique: two processes may save the same simulation
-    noted = {f"{NOTE}{name}": value for name, value in notes.items() if isinstance(value, np.ndarray)}
-    plain = {name: value for name, value in notes.items() if not isinstance(value, np.ndarray)}
-    description = json.dumps(description_of(simulation) | {"notes": plain})
-    arrays: dict[str, Any] = {**arrays_of(simulation._state), **noted, "description": np.array(description)}
     try:
         with open(part, "wb") as file:
-            np.savez(file, **arrays)
+            write(simulation, file, notes or {})
             file.flush()
             os.fsync(file.fileno())
         os.replace(part, path)
     finally:
         part.unlink(missing_ok=True)
+
+
+def write(simulation: Simulation, file: BinaryIO, notes: dict) -> None:
+    """Write the archive of a simulation and of notes into an open file."""
+    noted = {f"{NOTE}{name}": value for name, value in notes.items() if isinstance(value, np.ndarray)}
+    plain = {name: value for name, value in notes.items() if not isinstance(value, np.ndarray)}
+    description = json.dumps(description_of(simulation) | {"notes": plain})
+    arrays: dict[str, Any] = {**arrays_of(simulation._state), **noted, "description": np.array(description)}
+    np.savez(file, **arrays)
+
+
+def packed(simulation: Simulation) -> np.ndarray:
+    """The archive of a simulation as an array of bytes, which another checkpoint can hold among its notes."""
+    content = io.BytesIO()
+    write(simulation, content, {})
+    return np.frombuffer(content.getvalue(), np.uint8)
+
+
+def unpacked(archive: np.ndarray) -> Simulation:
+    """The simulation of an array of `packed`."""
+    return read(archive.tobytes(), "a packed simulation")[0]
 
 
 def load(path: str | Path) -> Simulation:
@@ -72,9 +89,13 @@ def load(path: str | Path) -> Simulation:
 
 def load_with_notes(path: str | Path) -> tuple[Simulation, dict]:
     """The simulation that was saved in a file, and the notes beside it; raises what `load` raises."""
-    content = io.BytesIO(Path(path).read_bytes())
+    return read(Path(path).read_bytes(), path)
+
+
+def read(content: bytes, path: str | Path) -> tuple[Simulation, dict]:
+    """The simulation and the notes of an archive's bytes; path : its name in messages."""
     try:
-        with np.load(content, allow_pickle=False) as archive:
+        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             arrays = dict(archive)
             description = json.loads(str(arrays.pop("description")))
         if description["engine"] != source_hash():

@@ -355,6 +355,24 @@ class Simulation:
         """Fix grains to a wall: they move with it, and forces on them act on the wall. A clump is fixed with any of its members."""
         self._state.glue(grain_indices, self._wall_index(wall))
 
+    def remove_grains(self, grain_indices) -> None:
+        """Remove grains, by their indices in `grains`, and with a member its clump.
+
+        The others keep their order and the history of their contacts.
+
+        Raises
+        ------
+        ValueError : an index that no grain has.
+        """
+        indices, n = np.unique(np.asarray(grain_indices, np.int64)), self.n_grains
+        require(bool(((indices >= 0) & (indices < n)).all()), "grains to remove", indices, f"indices from 0 to {n - 1}")
+        stays = np.ones(n, bool)
+        stays[np.argsort(self._state.ids)[indices]] = False
+        if self._state.clumps is not None:
+            owner = self._state.clumps.owner
+            stays &= ~np.isin(owner, owner[~stays & (owner >= 0)])
+        self._state.restructure(np.flatnonzero(stays))
+
     # --- running --------------------------------------------------------------------------------------------------
 
     def advance(self, n_steps: int) -> None:

@@ -9,13 +9,14 @@ import pandas as pd
 import pytest
 
 from virtual_soil.calibration.errors import CalibrationError
-from virtual_soil.campaign.apparatus import apparatus, laboratory_curve, with_gravity
+from virtual_soil.campaign.apparatus import apparatus, check_sizes, laboratory_curve, with_gravity
 from virtual_soil.campaign.design import campaign_loads
 from virtual_soil.campaign.experiments.plane_shear import declared as plane_shear
 from virtual_soil.campaign.experiments.registry import responses_of, with_optional
 from virtual_soil.campaign.experiments.repose import declared as repose
 from virtual_soil.campaign.experiments.shear import declared as shear
 from virtual_soil.campaign.experiments.shear.measure import curve_distance
+from virtual_soil.campaign.experiments.slope import declared as slope
 from virtual_soil.campaign.sections import Study
 from virtual_soil.campaign.settings import defaults
 from virtual_soil.campaign.soils import measure_soil
@@ -242,3 +243,77 @@ def test_the_distance_of_a_curve_from_itself_and_from_a_shifted_one_is_known():
     assert curve_distance(history, bent, [2.2e-3, 9.0]) == pytest.approx(0.2)
     assert math.isnan(curve_distance(history, [{**theirs[0], "normal_stress_pa": 5e4}], None))
     assert math.isnan(curve_distance(history, None, None))
+
+
+def test_the_slope_has_the_height_of_the_laboratory_whatever_the_grains():
+    config = study(slope_test={"height_m": 0.1, "gravity_m_s2": "moon"})
+    for radius_m in (2e-3, 4e-3):
+        settings = slope.setup(config, row(config, "slope", radius_m=radius_m))
+        setup = settings["setup"]
+        assert setup["height_ratio"] * setup["scale_radius_m"] == pytest.approx(0.1)
+        assert setup["length_ratio"] == pytest.approx(3.0 * setup["height_ratio"])
+        assert settings["engine"]["gravity_m_s2"] == 1.62
+    with pytest.raises(
+        CalibrationError, match=r"slope_test.height_m is 100 mm with grains of 10 mm radius; allowed: at least 12 r"
+    ):
+        slope.setup(config, row(config, "slope", radius_m=1e-2))
+
+
+def test_adhesion_presses_the_slopes_grains_as_their_weight_does():
+    config = study(slope_test={"height_m": 0.1})
+    config["engine"] |= {"gravity_m_s2": 9.81}
+    plain, sticky = (
+        slope.setup(config, row(config, "slope", adhesive_stress_pa=stress))["engine"]["stiffness_reduction"]
+        for stress in (0.0, 500.0)
+    )
+    weight_pa = 0.57 * 2650.0 * 9.81 * 0.1
+    assert plain / sticky == pytest.approx(1.0 + 4.0 / math.pi * 500.0 / weight_pa)
+
+
+def cohesive(tmp_path, cohesion, **stated):
+    """A study of sticking grains and a soil file with this cohesion and both angles; stated : repose_test, slope_test."""
+    soil = tmp_path / "silt.yaml"
+    soil.write_text(f"steady_cohesion_pa: {cohesion}\nangle_of_repose_deg: {{value: 50, source: own}}\n")
+    config = study(**stated) | {"experiments": ["repose", "slope", "plane_shear"], "soils": ["silt"]}
+    config["material"]["adhesive_stress_pa"] = 1.0
+    config["optimise"]["cases"] = [{"case": "a", "soil": "silt", "weights": {"angle_of_repose": 1.0, "steady_cohesion": 1.0}}]
+    return config, [str(soil)]
+
+
+COHERENT = "{value: 100, source: own}"
+SIZED = {**TUBE, "gravity_m_s2": "earth"}
+
+
+def test_an_angle_of_a_soil_that_coheres_needs_the_size_of_its_test(tmp_path):
+    why = r"missing; allowed: stated in SI: silt has a cohesion of 100 Pa, so its angle depends on the size of the test"
+    for stated, key in (({}, "tube_diameter_m, fill_height_m or fill_mass_kg, gravity_m_s2"), (TUBE, "gravity_m_s2")):
+        with pytest.raises(CalibrationError, match=f"repose_test: {key} is {why}"):
+            check_sizes(*cohesive(tmp_path, COHERENT, repose_test=stated))
+    check_sizes(*cohesive(tmp_path, COHERENT, repose_test=SIZED))
+    config, files = cohesive(tmp_path, COHERENT)
+    config["optimise"]["cases"][0]["weights"] = {"slope_angle": 1.0}
+    with pytest.raises(CalibrationError, match=f"slope_test: height_m, gravity_m_s2 is {why}"):
+        check_sizes(config, files)
+
+
+def test_grains_without_adhesion_and_soils_without_cohesion_need_no_size(tmp_path):
+    config, files = cohesive(tmp_path, COHERENT)
+    config["material"]["adhesive_stress_pa"] = 0.0
+    check_sizes(config, files)
+    config["design"]["variables"] = {"adhesive_stress_pa": [0.0, 10.0]}
+    with pytest.raises(CalibrationError, match="repose_test"):
+        check_sizes(config, files)
+    check_sizes(*cohesive(tmp_path, "{value: 0, source: own}"))
+    check_sizes(*cohesive(tmp_path, "{value: 5, source: own, standard_uncertainty: 4}"))
+    config, files = cohesive(tmp_path, COHERENT)
+    config["optimise"]["cases"][0]["weights"] = {"steady_cohesion": 1.0}
+    check_sizes(config, files)
+
+
+def test_a_soil_that_would_stand_in_its_tube_is_refused(tmp_path):
+    column = r"100 Pa / 149 Pa, is 0.67; allowed: at most 0.1: it stands as a column in this test; measure a slope"
+    for fill in ({"fill_height_m": 0.01}, {"fill_height_m": None, "fill_mass_kg": 0.57 * 2650.0 * math.pi * 0.025**2 * 0.01}):
+        with pytest.raises(CalibrationError, match=column.replace("149", "148")):
+            check_sizes(*cohesive(tmp_path, COHERENT, repose_test={**SIZED, **fill}))
+    with pytest.raises(CalibrationError, match="is 0.27"):  # on the moon
+        check_sizes(*cohesive(tmp_path, COHERENT, repose_test={**SIZED, "gravity_m_s2": "moon"}))

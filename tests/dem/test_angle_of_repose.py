@@ -25,8 +25,8 @@ SOIL = Soil(
 )
 
 
-def make(static_friction, rolling_friction, max_time_s=2.0, lift_speed_m_s=0.05):
-    soil = replace(SOIL, static_friction=static_friction, rolling_friction=rolling_friction)
+def make(static_friction, rolling_friction, max_time_s=2.0, lift_speed_m_s=0.05, adhesive_stress_pa=0.0):
+    soil = replace(SOIL, static_friction=static_friction, rolling_friction=rolling_friction, adhesive_stress_pa=adhesive_stress_pa)
     setup = angle_of_repose.Setup(
         n_particles=500,
         tube_diameter_ratio=10.0,
@@ -50,6 +50,33 @@ def test_a_rough_soil_ends_static_and_stands():
     ended = make(0.9, 0.3)
     assert ended.status == "static"
     assert angle_of_repose.height_m(ended.grains) > angle_of_repose.FLAT_HEIGHT_RATIO * 2 * RADIUS
+
+
+def test_grains_that_stick_too_much_to_fall_stand_as_a_column():
+    weight_pa = 0.57 * SOIL.density_kg_m3 * 9.81 * 0.03  # of the filled column
+    ended = make(0.3, 0.1, adhesive_stress_pa=3.0 * weight_pa)
+    assert ended.status == "column"
+    assert make(0.3, 0.1, adhesive_stress_pa=0.005 * weight_pa).status == "static"
+
+
+def cone(slope_deg, n=20000):
+    """Grains at random in a cone of n grains."""
+    rng = np.random.default_rng(1)
+    foot = (4.0 * n * RADIUS**3 / (0.57 * np.tan(np.radians(slope_deg)))) ** (1 / 3)
+    height = foot * np.tan(np.radians(slope_deg))
+    x, y, z = rng.uniform((-foot, -foot, 0.0), (foot, foot, height), (8 * n, 3)).T
+    inside = np.flatnonzero(np.hypot(x, y) < foot * (1.0 - z / height))[:n]
+    places = np.column_stack([x, y, z])[inside]
+    return Grains(places, 0.0 * places, 0.0 * places, np.full(len(places), RADIUS))
+
+
+def test_the_share_of_a_column_is_that_of_no_cone_of_the_same_volume():
+    """Steep cones are heaps in a flat tube too, though most of their grains stay within its radius."""
+    n = 20000
+    for aspect in (0.3, 1.0, 3.0):  # height of the fill over the tube's diameter
+        tube_m = (n * 4.0 / 3.0 * RADIUS**3 / (0.57 * 2.0 * aspect)) ** (1 / 3)
+        assert not angle_of_repose.is_column(cone(48.0), tube_m)
+    assert angle_of_repose.is_column(cone(75.0), (n * 4.0 / 3.0 * RADIUS**3 / (0.57 * 2.0)) ** (1 / 3))
 
 
 def test_a_heap_that_is_still_moving_when_the_time_is_up_is_named_so():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import dem
-from dem.checkpoint import arrays_of
+from dem.checkpoint import arrays_of, packed, unpacked
 
 SAND = dem.Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)
 STEEL = dem.Material(density_kg_m3=7800.0, poisson_ratio=0.3, shear_modulus_pa=5e7)
@@ -128,3 +128,13 @@ def test_a_damaged_or_foreign_file_is_refused(tmp_path, monkeypatch, damage):
         dem.load(file)
     with pytest.raises(FileNotFoundError):
         dem.load(tmp_path / "nothing.npz")
+
+
+def test_a_packed_simulation_goes_on_as_the_one_it_was_packed_from():
+    simulation = everything()
+    simulation.run(0.01)
+    archive = packed(simulation)
+    simulation.run(0.005)
+    again = unpacked(archive)
+    again.run(0.005)
+    assert state(again) == state(simulation)

@@ -239,6 +239,16 @@ def test_a_clump_is_glued_as_a_whole_and_its_load_acts_on_the_wall():
     assert simulation.grains.velocities_m_s[2:, 1] == pytest.approx(np.zeros(4), abs=1e-4)
 
 
+def test_removing_a_member_removes_its_clump():
+    simulation = scene(gravity_m_s2=(0.0, 0.0, 0.0))
+    simulation.add_clumps(TETRA, [(0.0, 0.0, 5e-3), (0.0, 0.0, 15e-3)], size_of(TETRA), "soil")
+    simulation.add_grains([(0.0, 0.0, 25e-3)], RADIUS_M, "soil")
+    kept = simulation.clumps.positions_m[1]
+    simulation.remove_grains([2])
+    assert (simulation.n_grains, len(simulation.clumps.radii_m)) == (5, 1)
+    assert (simulation.clumps.positions_m[0] == kept).all()
+
+
 def test_is_static_counts_clumps():
     simulation = scene()
     simulation.add_clumps(DIMER, [(0, 0, RADIUS_M)], size_of(DIMER), "soil", velocities_m_s=(0.1, 0, 0))

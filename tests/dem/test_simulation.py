@@ -761,3 +761,24 @@ def test_a_copy_of_a_simulation_goes_on_by_itself():
     assert (twin.n_steps, simulation.n_steps) == (400, 200)
     simulation.advance(200)
     assert simulation.grains.positions_m.tobytes() == twin.grains.positions_m.tobytes()
+
+
+def test_removed_grains_are_gone_and_the_others_keep_order_and_contacts():
+    """A grain dragged over its static contact oscillates on the tangential spring: without its history it would go elsewhere."""
+
+    def row():
+        simulation = make([floor()])
+        places = [(4e-3 * k, 0.0, 0.9999 * RADIUS_M) for k in range(5)]
+        simulation.add_grains(places, RADIUS_M, "soil", velocities_m_s=[(1e-3 * (k + 1), 0.0, 0.0) for k in range(5)])
+        simulation.advance(30)
+        return simulation
+
+    left, whole = row(), row()
+    left.remove_grains([3, 0, 0])
+    assert np.array_equal(left.grains.positions_m, whole.grains.positions_m[[1, 2, 4]])
+    for simulation in (left, whole):
+        simulation.advance(100)
+    assert left.grains.velocities_m_s == pytest.approx(whole.grains.velocities_m_s[[1, 2, 4]], rel=1e-5, abs=1e-12)
+    assert left.n_left == 0
+    with pytest.raises(ValueError, match=r"grains to remove is \[3\]; allowed: indices from 0 to 2"):
+        left.remove_grains([3])

@@ -31,7 +31,7 @@ OTHERS = {
     "design.points_csv": None,
     "soils": ["lunar_regolith", "silica_barco_sand"],
     "optimise.cases": [{"case": "a", "soil": "lunar_regolith", "weights": {"angle_of_repose": 1.0}}],
-    "twins": {"t": {**MIDDLE, "repose_seeds": [9], "shear_seeds": [9], "plane_shear_seeds": [9]}},
+    "twins": {"t": {**MIDDLE, "repose_seeds": [9], "shear_seeds": [9], "plane_shear_seeds": [9], "slope_seeds": [9]}},
     **{f"{name}.normal_stress_ratios": [100.0, 200.0, 400.0] for name in ("shear", "plane_shear")},
     "shear_test.normal_stresses_pa": [2e3, 4e3, 8e3],
     "shear.curve_range_m": [0.0, 1e-3],
@@ -39,6 +39,7 @@ OTHERS = {
     # go together with others: see test_apparatus and test_grading
     **{f"repose_test.{key}": None for key in ("tube_diameter_m", "fill_height_m", "fill_mass_kg", "plate_width_m")},
     **{f"shear_test.{key}_m": None for key in ("length", "height", "width", "displacement")},
+    "slope_test.height_m": None,
     **{f"grading.{key}": None for key in ("sieve_diameters_m", "sieve_passing")},
     "shear.stresses": None,  # see test_study: the fixed ones are too small for boxes of large grains
     "design.geometry": None,  # see the test of its own: 3000 grains of 500 um do not fit into the tube of 50 um

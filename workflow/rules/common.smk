@@ -5,7 +5,7 @@ import sys
 from snakemake.exceptions import WorkflowError
 
 from virtual_soil.campaign import asked
-from virtual_soil.campaign.apparatus import apparatus, laboratory_curve, with_gravity
+from virtual_soil.campaign.apparatus import apparatus, check_sizes, laboratory_curve, with_gravity
 from virtual_soil.campaign.batches import (
     NAME,
     batches,
@@ -81,6 +81,7 @@ in_words(check_soils, config, CHECKOUT)
 SOIL_FILES = soil_files(config, CHECKOUT)
 config.update(in_declared_order(config, Study))
 config.update(in_words(apparatus, config, SOIL_FILES))
+in_words(check_sizes, config, SOIL_FILES)
 config["engine"] = with_gravity(config["engine"])
 config["shear"]["curve"] = in_words(laboratory_curve, config, SOIL_FILES)
 config["experiments"] = with_optional(config)
@@ -143,7 +144,7 @@ COMPARED_BY = {
 # Sections that say how the simulations of a later stage are made.
 SIMULATED_BY = (
     *("experiments", "material", "grading", "design", *TESTS, "engine"),
-    *("repose_test", "shear_test"),
+    *("repose_test", "shear_test", "slope_test"),
 )
 # Least scales of the responses' errors.
 FLOORS = {

@@ -10,6 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import cast
 
+import numpy as np
+
 from dem import Box, Factory, Grains, Rich, Simulation, SimulationError, Tube, TubeRegion
 from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.state import State, steps_in
@@ -24,6 +26,13 @@ LEAST_REMAINING_RATIO = 0.1
 #: Nor when no grain is higher than this, in mean grain diameters: no estimator would find a slope (`dem.measure.heap`), and grains
 #: that spread do not pile up again.
 FLAT_HEIGHT_RATIO = 3.0
+
+#: Grains that stick stand as a column if more than this share of them stays within the tube's radius, and more than that of a cone
+#: of this slope: in a tube filled to its diameter both are one, in a lower fill flatter cones have the share, too. Such a heap has
+#: no slope: it stood where it was filled, or fell as a whole. Friction alone leaves no columns.
+COLUMN_SHARE, COLUMN_DEG = 0.6, 50.0
+#: Solid fraction of a heap, for the volume of that cone.
+SOLID_FRACTION = 0.57
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +60,7 @@ class Setup(Rich):
 
 @dataclass(frozen=True)
 class Heap(Rich):
-    """Results of the test: status ("static", "time_limit" or "flat"), grains before the lift and at the end, counts.
+    """Results of the test: status ("static", "time_limit", "flat" or "column"), grains before the lift and at the end, counts.
 
     The energies are those of `dem.experiments.soil.energy_balance`.
     """
@@ -110,6 +119,15 @@ def is_flat(grains: Grains, n_particles: int) -> bool:
     """True if the remaining grains of n_particles are too few or too low to have a slope."""
     few = len(grains) < LEAST_REMAINING_RATIO * n_particles
     return few or height_m(grains) < FLAT_HEIGHT_RATIO * 2.0 * float(grains.radii_m.mean())
+
+
+def is_column(grains: Grains, tube_radius_m: float) -> bool:
+    """True if so many grains are still within the tube's radius that they are no heap; of grains that stick."""
+    within = float((np.hypot(*grains.positions_m[:, :2].T) < tube_radius_m).mean())
+    volume = 4.0 / 3.0 * math.pi * float((grains.radii_m**3).sum()) / SOLID_FRACTION
+    foot = (3.0 * volume / (math.pi * math.tan(math.radians(COLUMN_DEG)))) ** (1.0 / 3.0)
+    ratio = min(tube_radius_m / foot, 1.0)
+    return within > max(COLUMN_SHARE, 3.0 * ratio**2 - 2.0 * ratio**3)
 
 
 def start(soil: Soil, setup: Setup, engine: Engine, seed: int) -> State:
@@ -180,6 +198,8 @@ def run(
         )
     if is_flat(simulation.grains, n):
         status = "flat"
+    elif soil.adhesive_stress_pa > 0.0 and is_column(simulation.grains, setup.tube_diameter_ratio * setup.scale_radius_m):
+        status = "column"
     else:
         status = "static" if ended else "time_limit"
     return Heap(

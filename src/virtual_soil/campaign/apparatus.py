@@ -1,22 +1,32 @@
 """The apparatus of a study, in SI: stated by the study itself, or by the files of its soils."""
 
+import math
 from pathlib import Path
 
 import numpy as np
 
 from virtual_soil.calibration.errors import demand
 from virtual_soil.campaign import settings
-from virtual_soil.campaign.experiments.apparatus import SECTIONS, gravity_m_s2
+from virtual_soil.campaign.experiments.apparatus import POURED, SECTIONS, gravity_m_s2
+from virtual_soil.campaign.experiments.registry import RESPONSES, chosen
 from virtual_soil.campaign.experiments.shear.curves import NOMINAL
 from virtual_soil.campaign.experiments.shear.laboratory import ENTRY, understood
-from virtual_soil.campaign.soils import soil_content
+from virtual_soil.campaign.soils import measure_soil, soil_content
 
+#: Section of a test of an angle -> groups of keys of which one has to be stated for a soil that coheres.
+SIZES = {
+    "repose_test": (("tube_diameter_m",), ("fill_height_m", "fill_mass_kg"), ("gravity_m_s2",)),
+    "slope_test": (("height_m",), ("gravity_m_s2",)),
+}
+#: Cohesion over rho_b g H beyond which soil does not flow out of a lifted tube: a vertical wall stands from
+#: 1 / (4 tan(45 deg + phi / 2)) on (Culmann), 0.12 for 40 degrees.
+LARGEST_KAPPA = 0.1
 #: Response that compares curves.
 CURVE_DISTANCE = "curve_distance"
 
 
 def apparatus(config: dict, soil_files: list[str]) -> dict[str, dict]:
-    """Sections `repose_test` and `shear_test` of a study, completed by those of its soils' files.
+    """Sections `repose_test`, `shear_test` and `slope_test` of a study, completed by those of its soils' files.
 
     soil_files : of the soils that its cases calibrate. One campaign serves them all, so it has one apparatus: raises
     CalibrationError where two of them, or a soil and the study, state different values.
@@ -53,6 +63,59 @@ def laboratory_stresses_pa(soil: Path, entry) -> list[float]:
         if not found or stress > found[-1] * (1.0 + NOMINAL):
             found.append(stress)
     return [float(f"{stress:.3g}") for stress in found]
+
+
+def check_sizes(config: dict, soil_files: list[str]) -> None:
+    """Refuse slopes of soils that cohere without the size of their test, and heaps that would stand as columns.
+
+    Only of grains that may stick: others have no cohesion, and their angles no size. config : with its apparatus complete. Raises
+    CalibrationError naming the section, what is missing and why.
+    """
+    sticks = config["material"]["adhesive_stress_pa"] > 0.0 or "adhesive_stress_pa" in config["design"]["variables"]
+    files = {Path(path).stem: path for path in soil_files}
+    for case in config["optimise"]["cases"] if sticks else ():
+        cohesion = cohesion_pa(files[case["soil"]]) if case["soil"] in files else 0.0
+        for experiment in chosen(config["experiments"]):
+            wanted = case["weights"].get(experiment.RESPONSES[0].name)  # of heap and slope: its angle
+            if cohesion > 0.0 and wanted and experiment.APPARATUS in SIZES:
+                check_size(config, experiment.APPARATUS, case["soil"], cohesion)
+
+
+def check_size(config: dict, section: str, soil: str, cohesion_pa: float) -> None:
+    """Refuse the test of a soil that coheres if its size is not stated, or if the soil would stand as a column in it."""
+    stated = config[section]
+    missing = [" or ".join(keys) for keys in SIZES[section] if all(stated[key] is None for key in keys)]
+    why = f"stated in SI: {soil} has a cohesion of {cohesion_pa:g} Pa, so its angle depends on the size of the test"
+    demand(not missing, f"{section}: {', '.join(missing)}", "missing", why)
+    height = fill_height_m(config)
+    if section != "repose_test" or height is None:
+        return
+    weight_pa = POURED * config["material"]["density_kg_m3"] * gravity_m_s2(stated["gravity_m_s2"]) * height
+    kappa = cohesion_pa / weight_pa
+    demand(
+        kappa <= LARGEST_KAPPA,
+        f"{section}: cohesion of {soil} over the weight of the fill, {cohesion_pa:g} Pa / {weight_pa:.3g} Pa,",
+        f"{kappa:.2g}",
+        f"at most {LARGEST_KAPPA:g}: it stands as a column in this test; measure a slope (slope_angle_deg and slope_test) or a "
+        "taller heap",
+    )
+
+
+def fill_height_m(config: dict) -> float | None:
+    """Height of the soil in the laboratory's tube; None if it is not stated."""
+    stated = config["repose_test"]
+    if stated["fill_mass_kg"] is None:
+        return stated["fill_height_m"]
+    area = math.pi * (0.5 * stated["tube_diameter_m"]) ** 2
+    return stated["fill_mass_kg"] / (POURED * config["material"]["density_kg_m3"] * area)
+
+
+def cohesion_pa(soil_file: str) -> float:
+    """Largest cohesion that a soil file states in Pa; 0 if it states none, or none beyond two standard errors."""
+    table = measure_soil(soil_file)
+    signed = table[[RESPONSES[name].signed for name in table["property"]]]
+    beyond = signed["value"] > 2.0 * signed["standard_uncertainty"].fillna(0.0)
+    return float(signed.loc[beyond, "value"].max()) if beyond.any() else 0.0
 
 
 def with_gravity(engine: dict) -> dict:

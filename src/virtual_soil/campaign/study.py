@@ -189,7 +189,7 @@ def simulations(config: dict, rows: list[dict], insist: Collection[str] = ()) ->
 def check_times(config: dict, rows: dict[str, dict], insist: Collection[str]) -> None:
     """Refuse a laboratory's apparatus that takes more than a day with grains of this size, naming the size that would do.
 
-    Only where sizes in SI are stated, unless `insist` has their section. Grains times steps go with 1/r^4.
+    Only where sizes in SI are stated, unless `insist` has their section. Grains times steps go with 1/r^4, or 1/r^3 in a slice.
     """
     for test in chosen(config["experiments"]):
         section, experiment = test.APPARATUS, test.NAME
@@ -199,7 +199,9 @@ def check_times(config: dict, rows: dict[str, dict], insist: Collection[str]) ->
             continue
         time_s, row = max(((expected_s(row, experiment_settings(config, row)), row) for row in here), key=lambda pair: pair[0])
         if time_s > LONGEST_S:
-            larger = row | {"radius_m": float(f"{row['radius_m'] * (1.1 * time_s / LONGEST_S) ** 0.25:.2g}")}
+            twice = row | {"radius_m": 2.0 * row["radius_m"]}
+            power = max(1.0, math.log2(time_s / expected_s(twice, experiment_settings(config, twice))))
+            larger = row | {"radius_m": float(f"{row['radius_m'] * (1.1 * time_s / LONGEST_S) ** (1.0 / power):.2g}")}
             then_s = expected_s(larger, experiment_settings(config, larger))
             n, _ = BY_NAME[experiment].cost(row, experiment_settings(config, row))
             slice_ = f", or a slice (width_m) of {LONGEST_S / time_s:.1g} of its width" if "width_m" in config[section] else ""

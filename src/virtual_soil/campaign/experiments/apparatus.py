@@ -21,6 +21,8 @@ POURED = SOLID_FRACTION
 FLATTEST_DEG, MARGIN = 10.0, 1.5
 #: Fewest grains across the tube that still flow out of it, and fewest grains of a heap.
 LEAST_ACROSS, LEAST_GRAINS = 4.0, 50
+#: Lowest slope in grain radii: a lower one is no continuum.
+LEAST_HEIGHT = 12.0
 #: Word for a plate that is as rough as the grains.
 ROUGH = "rough"
 
@@ -71,8 +73,18 @@ class ShearTest:
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class SlopeTest:
+    """The laboratory's cut slope in SI, if it is known: a bank, a trench wall, or soil cut with a spatula."""
+
+    height_m: float | None = setting("height from toe to crest; null: slope.height_ratio", None, above=0, usual=(1e-3, 20.0))
+    gravity_m_s2: float | None = setting(
+        "gravity of the slope: a number, or earth, moon, mars; null: engine.gravity_m_s2", None, of=GRAVITY
+    )
+
+
 #: Key of a study and of a soil file -> its class.
-SECTIONS = {"repose_test": ReposeTest, "shear_test": ShearTest}
+SECTIONS = {"repose_test": ReposeTest, "shear_test": ShearTest, "slope_test": SlopeTest}
 
 
 def gravity_m_s2(stated: float | str) -> float:
@@ -136,6 +148,16 @@ def box(config: dict, row: dict) -> dict:
     scale = {"scale_radius_m": radius} if {"length", "height"} <= set(ratios) else {}
     demand(bool(scale), "shear_test", sorted(f"{key}_m" for key in ratios), "length_m and height_m, if one size is given")
     return scale | {f"{key}_ratio": value / radius for key, value in ratios.items()}
+
+
+def slope(config: dict, row: dict) -> dict:
+    """Keyword arguments of the cut slope's Setup that follow from the apparatus, for the grains of a design row."""
+    height, radius = config["slope_test"]["height_m"], row["radius_m"]
+    if height is None:
+        return {}
+    sizes = f"{1e3 * height:.3g} mm with grains of {1e3 * radius:.3g} mm radius"
+    demand(height >= LEAST_HEIGHT * radius, "slope_test.height_m", sizes, f"at least {LEAST_HEIGHT:g} radii: smaller grains")
+    return {"height_ratio": height / radius, "scale_radius_m": radius}
 
 
 def stresses_pa(config: dict) -> list[float] | None:

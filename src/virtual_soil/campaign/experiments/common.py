@@ -124,6 +124,16 @@ def check_stiffness(soil: Soil, stress_pa: float, number: float | None, key: str
     )
 
 
+def softening(soil: Soil, stress_pa: float, number: float | None) -> float:
+    """By how much to soften the grains so that E* over the largest stress of a test is `number`; None leaves them as they are.
+
+    Adhesion presses the grains as a stress does.
+    """
+    if number is None:
+        return 1.0
+    return soil.shear_modulus_pa / (1.0 - soil.poisson_ratio) / (number * (stress_pa + soil.contact_stress_pa))
+
+
 def time_step_s(soil: Soil, engine: Engine) -> float:
     """Time step in s of a test with this soil."""
     return stable_time_step(soil.sizes.smallest_m, soil.softened(engine.stiffness_reduction), engine.time_step_rayleigh_ratio)

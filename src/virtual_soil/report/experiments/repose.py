@@ -190,4 +190,11 @@ def lift_remarks(table: pd.DataFrame, config: dict) -> list[str]:
     ]
 
 
-REMARKS = {"screening": screening_remarks}
+def column_remark(study: Study) -> list[str]:
+    """Number of heaps that stood as columns."""
+    runs = study.every[NAME].drop_duplicates("simulation_id")
+    n = int((runs["status"] == "column").sum())
+    return [f"{n} of {len(runs)} heaps stood as columns; they have no angle and enter no fit. A cut slope has one."] if n else []
+
+
+REMARKS = {"screening": screening_remarks, "surrogates": column_remark}

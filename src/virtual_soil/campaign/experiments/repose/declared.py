@@ -7,7 +7,6 @@ import math
 from dataclasses import dataclass
 
 from dem.experiments import angle_of_repose
-from dem.experiments.soil import Soil
 from virtual_soil.calibration.response import Response
 from virtual_soil.campaign.experiments import apparatus
 from virtual_soil.campaign.experiments.common import (
@@ -21,6 +20,7 @@ from virtual_soil.campaign.experiments.common import (
     loose_column_m,
     scale_m,
     sliding,
+    softening,
     soil_of,
     time_step_s,
 )
@@ -240,18 +240,6 @@ def tube_area_m2(tube_diameter_ratio: float, scale_radius_m: float) -> float:
 def time_limit_s(column_m: float, lift_speed_m_s: float, gravity_m_s2: float) -> float:
     """Time in s from the start of the lift in which a heap of any soil comes to rest."""
     return LIFT_HEIGHTS * column_m / lift_speed_m_s + REST_FALL_TIMES * math.sqrt(2.0 * column_m / gravity_m_s2)
-
-
-def softening(soil: Soil, stress_pa: float, number: float | None) -> float:
-    """By how much to soften the grains so that E* over the stress under the column is `number`; None leaves them as they are.
-
-    Adhesion presses the grains as a stress does.
-    """
-    return (
-        1.0
-        if number is None
-        else soil.shear_modulus_pa / (1.0 - soil.poisson_ratio) / (number * (stress_pa + soil.contact_stress_pa))
-    )
 
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:

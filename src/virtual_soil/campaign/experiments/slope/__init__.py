@@ -1,0 +1,1 @@
+"""The cut slope in a campaign."""
