@@ -1,8 +1,9 @@
-"""Cost of generality: the base set compared with distributed radii, two materials, type C rolling, float64 contacts and adhesion.
+"""Cost of generality: the base set compared with distributed radii, two materials, type C, float64 contacts, adhesion and dimers.
 
     python benchmarks/variants.py
 
-One thread, the states of `engine.py`, alternating windows of all variants. The last line is JSON.
+One thread, the states of `engine.py`, alternating windows of all variants. The dimers have as many spheres of the same size as the
+base set, and one more. The last line is JSON.
 """
 
 import json
@@ -11,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from engine import QUICK_G, SETUP, STATES, WINDOW_STEPS, base_set, lifted, measure, prepare, window
 
-from dem import Factory, Simulation, TubeRegion
+from dem import Clump, Factory, Simulation, Sizes, TubeRegion
 from dem.experiments import angle_of_repose
 from dem.experiments.soil import Engine
 
@@ -33,6 +34,16 @@ def two_materials() -> dict[str, Simulation]:
     return lifted(simulation, STATES[:2])
 
 
+def dimers() -> dict[str, Simulation]:
+    """Create dimers above a single grain of the base set."""
+    simulation, shape = angle_of_repose.build(SOIL, replace(SETUP, n_particles=1), Engine(), seed=1), Clump.preset("dimer")
+    region = TubeRegion(radius_m=simulation.wall("tube").radius_m, bottom_m=simulation.top_m)
+    sizes = Sizes(mean_m=SOIL.radius_m / shape.smallest_ratio)
+    n = SETUP.n_particles // 2
+    simulation.add_factory(Factory(n_grains=n, region=region, sizes=sizes, material="soil", seed=2, shape=shape))
+    return lifted(simulation, STATES[:2])
+
+
 def main() -> None:
     """Measure and print the speeds."""
     ready = {
@@ -43,6 +54,7 @@ def main() -> None:
         "float64 contacts": prepare(SOIL, STATES[:2], precision="float64"),
         "pull-off force": prepare(replace(SOIL, adhesive_stress_pa=ADHESIVE_STRESS_PA), STATES[:2]),
         "JKR": prepare(replace(SOIL, adhesive_stress_pa=ADHESIVE_STRESS_PA), STATES[:2], adhesion="jkr"),
+        "dimers": dimers(),
     }
     engines = {
         name: {state: lambda s=simulation: window(s, WINDOW_STEPS) for state, simulation in by_state.items()}

@@ -28,6 +28,16 @@ def test_the_heap_example_pours_a_heap():
     assert 20 < angle < 45
 
 
+def test_dimers_stand_where_spheres_without_rolling_friction_lie_flat():
+    result = subprocess.run([sys.executable, "docs/examples/clumps.py"], cwd=ROOT, capture_output=True, text=True, check=True)
+    spheres, dimers = map(float, re.findall(r"angle of repose ([\d.]+) deg", result.stdout))
+    tilt, order = map(float, re.search(r"long axes: ([\d.]+) deg .* order ([\d.]+)", result.stdout).groups())
+    assert spheres < 5.0
+    assert dimers > spheres + 10.0
+    assert tilt > 60.0  # they lie, beyond the 57.3 deg of random directions
+    assert 0.0 < order < 0.5
+
+
 def test_calibration_by_hand_finds_the_heap_and_draws_it(tmp_path):
     picture = tmp_path / "heap.png"
     command = [sys.executable, "docs/examples/calibrate_by_hand.py", str(picture)]

@@ -1,4 +1,4 @@
-"""A discrete-element engine for spheres: Hertz-Mindlin contacts, rolling resistance, moving walls.
+"""A discrete-element engine for spheres and clumps of them: Hertz-Mindlin contacts, rolling resistance, moving walls.
 
 >>> import dem
 >>> glass = dem.Material(density_kg_m3=2500, poisson_ratio=0.2, shear_modulus_pa=5e6)
@@ -15,6 +15,8 @@ True
 """
 
 from dem.checkpoint import CheckpointError, load, packed, save, unpacked
+from dem.clumps.records import ClumpStates
+from dem.clumps.shape import Clump
 from dem.contact.model import work_of_adhesion
 from dem.factory import BoxRegion, Factory, Sizes, TubeRegion
 from dem.html import Rich
@@ -28,6 +30,8 @@ __all__ = [
     "Box",
     "BoxRegion",
     "CheckpointError",
+    "Clump",
+    "ClumpStates",
     "Drive",
     "Factory",
     "Grains",

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dem import shapes
+from dem.clumps.records import Clumps
 from dem.jit import inline_jit, lean_jit
 from dem.layout import BLOCK as B
 from dem.layout import FORCE, LOAD, MOTION, UX, VX
@@ -45,11 +46,12 @@ class Glued(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """Surroundings of the grains. gravity (3,) in m/s2; period (3,) in m, 0 where not periodic."""
+    """Surroundings of the grains, and their clumps (or None). gravity (3,) in m/s2; period (3,) in m, 0 where not periodic."""
 
     bodies: Bodies
     surfaces: Surfaces
     glued: Glued
+    clumps: Clumps | None
     gravity: np.ndarray
     period: np.ndarray
 

@@ -15,6 +15,8 @@ import numpy as np
 
 from dem import factory, shapes
 from dem.bodies import Bodies, Glued, Surfaces
+from dem.clumps.records import Clumps
+from dem.clumps.shape import Clump
 from dem.factory import Factory, Sizes
 from dem.jit import source_hash
 from dem.layout import GrainArrays
@@ -129,6 +131,8 @@ def arrays_of(state: SimulationState) -> dict[str, np.ndarray]:
     arrays |= {"origin": state.lists.origin, "age": state.lists.age}
     for name in TUPLES:
         arrays |= {f"{name}.{key}": value for key, value in getattr(state, name)._asdict().items()}
+    if state.clumps is not None:
+        arrays |= {f"clumps.{key}": value for key, value in state.clumps._asdict().items()}
     for name in ("pairs", "surfaces"):
         part = getattr(state.lists, name)
         used = int(part.outer.row.max(initial=0))
@@ -156,6 +160,9 @@ def restored(description: dict, arrays: dict[str, np.ndarray]) -> Simulation:
     tuples = {name: kind(*(arrays[f"{name}.{key}"] for key in kind._fields)) for name, kind in TUPLES.items()}
     state.bodies, state.surfaces, state.glued = tuples["bodies"], tuples["surfaces"], tuples["glued"]
     state.allocate(tuples["grains"], arrays["material"], arrays["ids"])
+    if "clumps.begin" in arrays:
+        simulation._ensure_compiled(clumps=True)
+        state.clumps = Clumps(*(arrays[f"clumps.{key}"] for key in Clumps._fields))
     restore_lists(state, description["capacities"], arrays)
     return simulation
 
@@ -185,4 +192,6 @@ def factory_of(values: dict) -> Factory:
     kind = {"TubeRegion": factory.TubeRegion, "BoxRegion": factory.BoxRegion}[values.pop("region_type")]
     region = {key: tuple(value) if isinstance(value, list) else value for key, value in values.pop("region").items()}
     sizes, velocity = Sizes(**values.pop("sizes")), tuple(values.pop("velocity_m_s"))
-    return Factory(**values, region=kind(**region), sizes=sizes, velocity_m_s=velocity)
+    shape = values.pop("shape")
+    clump = None if shape is None else Clump(shape["name"], tuple(map(tuple, shape["spheres"])), tuple(shape["moments"]))
+    return Factory(**values, region=kind(**region), sizes=sizes, velocity_m_s=velocity, shape=clump)

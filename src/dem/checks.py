@@ -35,12 +35,14 @@ def overlaps(positions, radii, period):
     return i[touching], j[touching], depth[touching]
 
 
-def check_overlaps(state: SimulationState, positions: np.ndarray, radii: np.ndarray) -> None:
-    """Refuse new grains that overlap each other or the present ones."""
+def check_overlaps(state: SimulationState, positions: np.ndarray, radii: np.ndarray, owner: np.ndarray) -> None:
+    """Refuse new grains that overlap each other or the present ones; those of one owner (n,) >= 0 may."""
     everywhere = np.concatenate([state.places[:, 0:3], positions])
     every_radius = np.concatenate([state.places[:, RADIUS], radii])
     i, j, depth = overlaps(everywhere, every_radius, state.period)
-    ratios = np.where(j >= state.n_grains, depth / np.minimum(every_radius[i], every_radius[j]), 0.0)
+    every_owner = np.concatenate([np.full(state.n_grains, -1), owner])
+    fixed = (every_owner[i] == every_owner[j]) & (every_owner[i] >= 0)
+    ratios = np.where((j >= state.n_grains) & ~fixed, depth / np.minimum(every_radius[i], every_radius[j]), 0.0)
     for k in np.flatnonzero(ratios == ratios.max(initial=0.0))[:1]:
         found = f"{ratios[k]:.3g} of a radius"
         require(ratios[k] <= LARGEST_OVERLAP_RATIO, f"overlap of grains {i[k]} and {j[k]}", found, ALLOWED)
@@ -70,6 +72,12 @@ def check_ready(state: SimulationState, skin: float) -> None:
         cutoff = 2.0 * (2.0 * state.places[:, RADIUS].max() + skin)
         for axis, period in zip("xyz", state.period, strict=True):
             allowed = f"0 or more than {cutoff:.3g}, or a grain could touch two images of another"
+            require(period == 0 or period > cutoff, f"period_m along {axis}", period, allowed)
+    if state.clumps is not None and len(state.clumps.grain):
+        reach = np.linalg.norm(state.clumps.arm, axis=1) + state.places[state.clumps.grain, RADIUS]
+        cutoff = 2.0 * reach.max() + skin
+        for axis, period in zip("xyz", state.period, strict=True):
+            allowed = f"0 or more than {cutoff:.3g}, or a clump could touch its own image"
             require(period == 0 or period > cutoff, f"period_m along {axis}", period, allowed)
 
 

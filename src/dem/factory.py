@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from dem.clumps.records import random_orientations
+from dem.clumps.shape import Clump
 from dem.material import require, require_vector
 
 #: Spacing of the layers in mean diameters of the largest grain: close, so that filling needs few steps, yet without contact.
@@ -171,7 +173,8 @@ def row(low: float, high: float, spacing: float, margin: float, rng) -> np.ndarr
 class Factory:
     """Makes n_grains of a material at time_s, in layers from the bottom of a region, without contacts.
 
-    seed makes it reproducible; velocity_m_s is what the grains start with.
+    seed makes it reproducible; velocity_m_s is what the grains start with. shape : None for spheres, or the prototype of clumps;
+    sizes are then radii of spheres of equal volume, and orientations are random.
     """
 
     n_grains: int
@@ -181,17 +184,30 @@ class Factory:
     seed: int
     time_s: float = 0.0
     velocity_m_s: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0))
+    shape: Clump | None = None
 
     def __post_init__(self):
         require(self.n_grains > 0, "n_grains", self.n_grains, "at least 1")
         require(math.isfinite(self.time_s), "time_s of a factory", self.time_s, "a finite number")
         require_vector(self.velocity_m_s, 3, "velocity_m_s of a factory")
 
+    @property
+    def smallest_m(self) -> float:
+        """Radius of the smallest sphere that can occur."""
+        return self.sizes.smallest_m * (1.0 if self.shape is None else self.shape.smallest_ratio)
+
+    def orientations(self) -> np.ndarray:
+        """Random quaternions (n, 4), see `dem.clumps.records`."""
+        return random_orientations(self.n_grains, np.random.default_rng((self.seed, 1)))
+
     def make(self) -> tuple[np.ndarray, np.ndarray]:
-        """Positions (n, 3) and radii (n,) in m. Raises ValueError when not a single grain fits into a layer."""
+        """Positions (n, 3) and radii (n,) in m; of clumps those of their centres, and of equal volume.
+
+        Raises ValueError when not a single grain fits into a layer.
+        """
         rng = np.random.default_rng(self.seed)
         radii = self.sizes.draw(self.n_grains, rng)
-        r = self.sizes.largest_m
+        r = self.sizes.largest_m * (1.0 if self.shape is None else self.shape.bounding_ratio)
         spacing, jitter = 2.0 * SPACING_RATIO * r, JITTER_RATIO * r
         layers, n, z = [], 0, self.region.bottom_m + r + 2.0 * jitter
         while n < self.n_grains:

@@ -7,7 +7,7 @@ motion record (contact precision, MOTION values each): velocity, zero, spin velo
     instead of the angular velocity makes every torque equation independent of the grain's radius: (2/5) m du/dt = Q, with
     Q = torque / radius. Contacts and places see this velocity.
 remainder record (contact precision, MOTION values each): rounding error of the motion record, added at the next step;
-    instead of the zeros inverse mass and gravity flag (1 free, 0 moved by a body).
+    instead of the zeros inverse mass and gravity flag (1 free, 0 moved by a body or a clump; members have their clump's mass).
 load record (contact precision, LOAD values each): force, zero, Q, rolling resistance (the largest |Q| that opposes spin).
 contact constants (contact precision, rows of BLOCK values, one set of rows per block of BLOCK contacts): geometry (INV_R_SUM,
     SHARE), then the constants of each law in use (see `dem.contact.model`). One block serves all contacts of identical grains.

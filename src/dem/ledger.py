@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dem import bodies
+from dem.clumps.motion import book_clumps
 from dem.contact.laws.mindlin import flat, slip
 from dem.contact.laws.rolling_a import braked
 from dem.contact.model import (
@@ -172,7 +173,7 @@ def note_contact(at, scene, run, note, entries):
     note[NORMAL], note[NORMAL + 1], note[NORMAL + 2], note[ARM] = nx, ny, nz, arm
     note[DASHPOT] = f_n - spring_force(normal, overlap, root)
     note[FORCE], note[FORCE + 1], note[FORCE + 2], note[GAIN] = fx, fy, fz, after - before
-    entries[NORMAL_SPRINGS] += normal_energy(normal, overlap, root)
+    entries[NORMAL_SPRINGS] += normal_energy(normal, distance, root)
     entries[SPRINGS_REMADE] += before
     entries[TANGENTIAL_SPRINGS] += after
     touch = Touch(nx, ny, nz, 1.0, S_t, pressing, float(c[SHARE * BLOCK]))
@@ -295,7 +296,7 @@ def book_grains(state, gravity, dt, mean, entries):
         o, i, a = k * PLACE, k * MOTION, k * LOAD
         for t in SPEEDS:
             mean.motion[i + t] = grains.motion[i + t]
-        if grains.remainder[i + INVERSE_MASS] == 0.0:
+        if grains.remainder[i + FREE] == 0.0:
             continue
         inverse_mass, free = float(grains.remainder[i + INVERSE_MASS]), float(grains.remainder[i + FREE])
         mass = 1.0 / inverse_mass
@@ -344,6 +345,11 @@ def book_step(run, ledger):
         pairs, surfaces = run.lists.pairs.contacts, run.lists.surfaces.contacts
         mean = GrainArrays(state.grains.place, np.empty(state.grains.motion.shape[0]), state.grains.remainder)
         book_grains(state, scene.gravity, dt, mean, entries)
+        before, after, potential, rolling = book_clumps(scene.clumps, state.grains, scene.gravity, dt, mean)
+        entries[KINETIC] += 0.5 * (before + after)
+        entries[KINETIC_AFTER] += after
+        entries[POTENTIAL] += potential
+        entries[ROLLING] += rolling
         for s in range(SLABS):
             book_contacts(s, pairs, None, run, mean, ledger.pairs, entries)
         for part in range(surfaces.count.shape[0]):

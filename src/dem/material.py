@@ -43,13 +43,15 @@ class Material(Rich):
 class Interaction(Rich):
     """Interaction of two materials: coefficients of restitution, static and rolling friction, work of adhesion (J/m2).
 
-    The work of adhesion w is that of the pair, 2 gamma where two surfaces of energy gamma meet.
+    The work of adhesion w is that of the pair, 2 gamma where two surfaces of energy gamma meet. bridge_volume_ratio : volume of a
+    liquid bridge over the cube of the effective radius, for adhesion "capillary".
     """
 
     restitution: float
     static_friction: float
     rolling_friction: float
     work_of_adhesion_j_m2: float = 0.0
+    bridge_volume_ratio: float = 0.0
 
     def __post_init__(self):
         require(0 < self.restitution <= 1, "restitution", self.restitution, "above 0, at most 1")
@@ -57,3 +59,4 @@ class Interaction(Rich):
         require(0 <= self.rolling_friction < math.inf, "rolling_friction", self.rolling_friction, "zero or positive")
         w = self.work_of_adhesion_j_m2
         require(0 <= w < math.inf, "work_of_adhesion_j_m2", w, "zero or positive")
+        require(0 <= self.bridge_volume_ratio <= 0.1, "bridge_volume_ratio", self.bridge_volume_ratio, "zero to 0.1")

@@ -7,7 +7,7 @@ import numpy as np
 from dem import ledger
 from dem.checks import SimulationError, blow_up_message
 from dem.contact.model import ContactModel, Model
-from dem.jit import set_num_threads
+from dem.jit import DISABLED, set_num_threads
 from dem.layout import BLOCK, BUFFER, RADIUS, Access, Period, aligned_zeros
 from dem.lists.grid import cell_size, is_sound, sort_into_cells
 from dem.lists.slabs import SLABS
@@ -42,7 +42,7 @@ class Runner:
         period, is_periodic = state.period, state.period > 0
         frequency = np.divide(1.0, period, out=np.zeros(3), where=is_periodic)
         self.access = Access(
-            vector=True if vector_code else None,
+            vector=True if vector_code and not DISABLED else None,  # it has no interpreted version
             images=Period(period, frequency) if is_periodic.any() else None,
             spins=True if contact_model.separate_spins else None,
         )

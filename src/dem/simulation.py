@@ -6,12 +6,15 @@ Frame and signs: z up; overlap positive when grains touch; forces on walls are t
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
 from dem import compiled, ledger
 from dem.checks import SimulationError, check_finite, check_overlaps, check_ready, check_surroundings
+from dem.clumps import records
+from dem.clumps.records import ClumpStates, NewClumps
+from dem.clumps.shape import Clump
 from dem.contact.model import DAMPING_MODELS, NORMAL, ROLLING, ContactModel
 from dem.factory import Factory
 from dem.html import Rich, table
@@ -33,7 +36,6 @@ from dem.material import Interaction, Material, require, require_vector
 from dem.runner import Runner
 from dem.shapes import Wall
 from dem.state import SimulationState
-from dem.step.motion import kinetic_energy
 from dem.timestep import stable_time_step
 
 __all__ = ["Grains", "Simulation", "SimulationError"]
@@ -62,7 +64,7 @@ class Grains(Rich):
 
 
 class Simulation:
-    """Spheres and walls under gravity.
+    """Spheres, clumps of spheres and walls under gravity.
 
     Parameters
     ----------
@@ -75,8 +77,8 @@ class Simulation:
     smallest_radius_m : radius that sets the time step (every factory's grains must be at least as large).
     rolling_model : "type_a" (EDEM's) or "type_c" (elastic-plastic), see `dem.contact.laws`.
     damping_model : "edem" (at separation the dashpot pulls) or "no_pull", see `dem.contact.laws.hertz`; both rebound with e.
-    adhesion : "none", "constant" (pull-off force, `dem.contact.laws.pull_off`) or "jkr" (`dem.contact.laws.jkr`); by default
-        "constant" if an interaction has a work of adhesion, else "none".
+    adhesion : "none", "constant" (pull-off force, `dem.contact.laws.pull_off`), "jkr" or "capillary" (`dem.contact.laws`); by
+        default "constant" if an interaction has a work of adhesion, else "none".
     precision : "float32" or "float64" of the contact arithmetic; positions are float64 always, velocities have 48 bits at least.
     vector_code : True for explicit vector code (`dem.step.vectors`) in the hottest kernels, False for plain numba.
     threads : number of threads (efficient from some 20 000 grains on; the result is the same).
@@ -116,7 +118,7 @@ class Simulation:
         require(bool((period >= 0).all()), "period_m", period_m, "lengths, 0 where not periodic")
         require(floor_m < math.inf, "floor_m", floor_m, "a height, or -inf")
         require(1 <= threads <= MAX_THREADS, "threads", threads, f"1 to {MAX_THREADS}")
-        self._settings = {
+        self._settings: dict[str, Any] = {
             "smallest_radius_m": smallest_radius_m,
             "gravity_m_s2": list(gravity_m_s2),
             "period_m": list(period_m),
@@ -155,28 +157,35 @@ class Simulation:
         )
         for pair, interaction in interactions.items():
             self.set_interaction(*pair, interaction)
-        compiled.ensure(
-            precision,
-            threads > 1,
-            energy_ledger,
-            rolling_model=rolling_model,
-            adhesion=adhesion,
-            vector_code=vector_code,
-            periodic=bool((period > 0).any()),
-        )
+        self._ensure_compiled(clumps=False)
         for wall in walls:
             self.add_wall(wall)
 
     # --- setting up -----------------------------------------------------------------------------------------------
+
+    def _ensure_compiled(self, clumps: bool) -> None:
+        """Have the kernels for these settings compiled, with or without clumps."""
+        settings = self._settings
+        compiled.ensure(
+            settings["precision"],
+            settings["threads"] > 1,
+            settings["energy_ledger"],
+            rolling_model=settings["rolling_model"],
+            adhesion=settings["adhesion"],
+            vector_code=settings["vector_code"],
+            periodic=bool((self._state.period > 0).any()),
+            clumps=clumps,
+        )
 
     def set_interaction(self, a: str, b: str, interaction: Interaction) -> None:
         """Change how two materials interact from now on; contacts keep their history."""
         index = self._state.material_index
         for name in (a, b):
             require(name in index, "material of an interaction", repr(name), f"one of {list(index)}")
-        adhesion, w = self.adhesion, interaction.work_of_adhesion_j_m2
-        needed = f"0 in a simulation with adhesion {adhesion!r}"
-        require(w == 0 or adhesion != "none", f"work_of_adhesion_j_m2 of {a!r} with {b!r}", w, needed)
+        needed = f"0 in a simulation with adhesion {self.adhesion!r}"
+        for name in ("work_of_adhesion_j_m2", "bridge_volume_ratio"):
+            value = getattr(interaction, name)
+            require(value == 0 or name in NORMAL[self.adhesion].PROPERTIES, f"{name} of {a!r} with {b!r}", value, needed)
         i, j = index[a], index[b]
         row = self._contact_model.row(self.materials[a], self.materials[b], interaction)
         self._state.pair_table[[i * len(index) + j, j * len(index) + i]] = row
@@ -220,9 +229,9 @@ class Simulation:
         """Have a factory make its grains when the clock reaches its time."""
         require(factory.material in self.materials, "material of a factory", factory.material, f"one of {list(self.materials)}")
         require(
-            factory.sizes.smallest_m >= self.smallest_radius_m * (1 - 1e-12),
+            factory.smallest_m >= self.smallest_radius_m * (1 - 1e-12),
             "smallest radius of a factory",
-            factory.sizes.smallest_m,
+            factory.smallest_m,
             f"at least smallest_radius_m = {self.smallest_radius_m}, which sets the time step",
         )
         self._state.factories.append(factory)
@@ -233,7 +242,12 @@ class Simulation:
         self._state.factories = [factory for factory in self._state.factories if factory.time_s > self.time_s]
         for factory in due:
             positions, radii = factory.make()
-            self._add(positions, radii, factory.material, factory.velocity_m_s, apart=self.n_grains == 0)
+            apart = self.n_grains == 0
+            if factory.shape is None:
+                self._add(positions, radii, factory.material, factory.velocity_m_s, apart=apart)
+            else:
+                turns, velocity = factory.orientations(), factory.velocity_m_s
+                self._add_clumps(factory.shape, positions, radii, factory.material, turns, velocity, apart=apart)
 
     def add_grains(
         self, positions_m, radii_m, material: str, velocities_m_s=(0.0, 0.0, 0.0), angular_velocities_rad_s=(0.0, 0.0, 0.0)
@@ -251,8 +265,66 @@ class Simulation:
         """
         self._add(positions_m, radii_m, material, velocities_m_s, angular_velocities_rad_s)
 
-    def _add(self, positions_m, radii_m, material, velocities_m_s, angular_velocities_rad_s=(0.0, 0.0, 0.0), apart=False):
-        """As `add_grains`; apart: the new grains are known not to touch each other, nor others."""
+    def add_clumps(
+        self,
+        clump: Clump,
+        positions_m,
+        equivalent_radii_m,
+        material: str,
+        *,
+        orientations=None,
+        seed: int | None = None,
+        velocities_m_s=(0.0, 0.0, 0.0),
+        angular_velocities_rad_s=(0.0, 0.0, 0.0),
+    ) -> None:
+        """Add n clumps of one shape at rest or moving; their spheres are grains that stay together.
+
+        Parameters
+        ----------
+        clump : the shape. positions_m : (n, 3), of the centres of mass.
+        equivalent_radii_m : (n,) or a number, radii of spheres of the clumps' volume.
+        orientations : (4,) or (n, 4), quaternions (w, x, y, z) of any length that turn the frame of `clump.spheres` to space; by
+            default both frames agree. seed : draws random orientations instead.
+        velocities_m_s, angular_velocities_rad_s : (3,) or (n, 3).
+
+        Raises
+        ------
+        ValueError : what `add_grains` refuses, of all spheres; orientations together with a seed, or of length zero.
+        """
+        positions = np.atleast_2d(np.asarray(positions_m, float))
+        radii = np.broadcast_to(np.asarray(equivalent_radii_m, float), len(positions))
+        require(bool((radii > 0.0).all()), "equivalent_radii_m", radii.min(initial=0.0), "positive numbers")
+        require(orientations is None or seed is None, "seed beside orientations", seed, "one of the two")
+        if seed is None:
+            turns = records.unit_quaternions(orientations, len(positions))
+        else:
+            turns = records.random_orientations(len(positions), np.random.default_rng(seed))
+        self._add_clumps(clump, positions, radii, material, turns, velocities_m_s, angular_velocities_rad_s)
+
+    def _add_clumps(
+        self, clump, positions, radii, material, turns, velocities_m_s, angular_velocities_rad_s=(0, 0, 0), apart=False
+    ):
+        """As `add_clumps`; positions (n, 3), radii (n,), turns (n, 4) of length 1."""
+        require(material in self.materials, "material of clumps", repr(material), f"one of {list(self.materials)}")
+        velocities, spins = (
+            np.broadcast_to(np.asarray(v, float), (len(radii), 3)) for v in (velocities_m_s, angular_velocities_rad_s)
+        )
+        new = records.new_clumps(clump, positions, radii, turns, velocities, spins, self.materials[material].density_kg_m3)
+        self._ensure_compiled(clumps=True)
+        members = records.members_of(clump, new)
+        self._add(members.positions, members.radii, material, members.velocities, members.spins, apart, new)
+
+    def _add(
+        self,
+        positions_m,
+        radii_m,
+        material,
+        velocities_m_s,
+        angular_velocities_rad_s=(0.0, 0.0, 0.0),
+        apart=False,
+        clumps: NewClumps | None = None,
+    ):
+        """As `add_grains`; apart: the new grains are known not to touch each other, nor others. clumps : whose members they are."""
         positions = np.atleast_2d(np.asarray(positions_m, float))
         n = len(positions)
         radii = np.broadcast_to(np.asarray(radii_m, float), n)
@@ -265,7 +337,7 @@ class Simulation:
             require(radii.min() >= least, "smallest radius", radii.min(), f"at least smallest_radius_m = {self.smallest_radius_m}")
         require(material in self.materials, "material of grains", repr(material), f"one of {list(self.materials)}")
         if not apart:
-            check_overlaps(self._state, positions, radii)
+            check_overlaps(self._state, positions, radii, np.full(n, -1) if clumps is None else clumps.owner)
         check_surroundings([self.wall(name) for name in self.wall_names], self._floor, positions, radii)
         place, motion, remainder = np.zeros((n, PLACE)), np.zeros((n, MOTION)), np.zeros((n, MOTION))
         place[:, 0:3], place[:, RADIUS] = positions, radii
@@ -273,15 +345,20 @@ class Simulation:
         remainder[:, SPEEDS] = (motion - motion.astype(self._state.widths.number))[:, SPEEDS]
         mass = self.materials[material].density_kg_m3 * 4.0 / 3.0 * np.pi * radii**3
         remainder[:, INVERSE_MASS], remainder[:, FREE] = 1.0 / mass, 1.0
+        if clumps is not None:
+            remainder[:, SPEEDS] = 0.0
+            remainder[:, INVERSE_MASS], remainder[:, FREE] = clumps.table[clumps.owner, records.INV_MASS], 0.0
         new = GrainArrays(place, motion, remainder)
-        self._state.restructure(np.arange(self.n_grains), new, np.full(n, self._state.material_index[material]))
+        self._state.restructure(np.arange(self.n_grains), new, np.full(n, self._state.material_index[material]), clumps)
 
     def glue(self, grain_indices, wall: str) -> None:
-        """Fix grains to a wall: they move with it, and forces on them act on the wall."""
+        """Fix grains to a wall: they move with it, and forces on them act on the wall. A clump is fixed with any of its members."""
         self._state.glue(grain_indices, self._wall_index(wall))
 
     def remove_grains(self, grain_indices) -> None:
-        """Remove grains, by their indices in `grains`; the others keep their order and the history of their contacts.
+        """Remove grains, by their indices in `grains`, and with a member its clump.
+
+        The others keep their order and the history of their contacts.
 
         Raises
         ------
@@ -291,6 +368,9 @@ class Simulation:
         require(bool(((indices >= 0) & (indices < n)).all()), "grains to remove", indices, f"indices from 0 to {n - 1}")
         stays = np.ones(n, bool)
         stays[np.argsort(self._state.ids)[indices]] = False
+        if self._state.clumps is not None:
+            owner = self._state.clumps.owner
+            stays &= ~np.isin(owner, owner[~stays & (owner >= 0)])
         self._state.restructure(np.flatnonzero(stays))
 
     # --- running --------------------------------------------------------------------------------------------------
@@ -322,7 +402,7 @@ class Simulation:
         self._run_factories()
 
     def _let_grains_leave(self):
-        stays = self._state.places[:, 2] >= self._floor
+        stays = self._state.heights >= self._floor
         if not stays.all():
             self._state.n_left += int((~stays).sum())
             self._state.restructure(np.flatnonzero(stays))
@@ -395,14 +475,19 @@ class Simulation:
         return Grains(places[:, 0:3].copy(), velocities[:, :3].copy(), velocities[:, 3:] / radii[:, None], radii)
 
     @property
+    def clumps(self) -> ClumpStates:
+        """A copy of the clumps' state, in the order in which they were added; without those that were glued to a wall."""
+        return records.states_of(self._state.clumps, self._state.ids)
+
+    @property
     def top_m(self) -> float:
         """Height of the highest grain's top; 0 without grains."""
         return float((self._state.places[:, 2] + self._state.places[:, RADIUS]).max(initial=0.0))
 
     @property
     def kinetic_energy_j(self) -> float:
-        """Translational and rotational kinetic energy of the free grains."""
-        return float(sum(kinetic_energy(self._state.grains)))
+        """Translational and rotational kinetic energy of free grains and clumps."""
+        return float(sum(self._state.kinetic_energies_j()))
 
     @property
     def energies_j(self) -> dict[str, float]:
@@ -416,20 +501,23 @@ class Simulation:
         return ledger.summary(cast(np.ndarray, self._state.entries), self._state.exchanged_j)
 
     def is_static(self, ratio: float = 1e-8) -> bool:
-        """True if the translational kinetic energy per free grain is below `ratio` times m g r (a fall by one radius).
+        """True if the translational kinetic energy per free grain or clump is below `ratio` times m g r (a fall by one radius).
 
         Spin does not count: with type C nothing brakes a grain that spins about its contact's normal, and it moves nothing.
 
         Without gravity, g is the earth's (`SCALE_WITHOUT_GRAVITY_M_S2`): rigid grains have no speed of their own to compare with.
         Grains that no other holds then drift on, and slow down only as they collide: a packing may need a ratio of 1e-5 or more.
         """
-        free = self._state.is_free
-        if not free.any():
+        free, clumps = self._state.is_free, records.table_of(self._state.clumps)
+        if not free.any() and not len(clumps):
             return True
         g = np.linalg.norm(self._state.gravity) or SCALE_WITHOUT_GRAVITY_M_S2
         weight = g / self._state.inverse_masses[free]
-        translation, _ = kinetic_energy(self._state.grains)
-        return translation < ratio * float((weight * self._state.places[free, RADIUS]).sum())
+        scale = float((weight * self._state.places[free, RADIUS]).sum()) + float(
+            (g * clumps[:, records.SIZE] / clumps[:, records.INV_MASS]).sum()
+        )
+        translation, _ = self._state.kinetic_energies_j()
+        return translation < ratio * scale
 
     def largest_overlap_ratio(self) -> float:
         """Largest overlap of two grains over the smaller radius, now."""

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dem.bodies import Bodies, Glued, Scene, Surfaces, arrays_of, no_glued, wall_now
+from dem.clumps import records
+from dem.clumps.records import Clumps, NewClumps
 from dem.factory import Factory
 from dem.layout import FREE, INVERSE_MASS, LOAD, MOTION, PLACE, SPEEDS, GrainArrays, State, aligned_zeros
 from dem.lists import storage
@@ -27,7 +29,8 @@ class SimulationState:
     ----------
     widths : of the contact lists. material_index : name -> index. pair_table : see `dem.contact.model`.
     grains, material, ids : records, index of the material (n,), number in the order of addition (n,); the order in memory may
-    differ. walls : as they were added; bodies, surfaces, glued : as they are. factories : still to run.
+    differ. clumps : None until the first clump is added. walls : as they were added; bodies, surfaces, glued : as they are.
+    factories : still to run.
     entries, exchanged_j : energy ledger (None without one), and the energy that came or left with grains.
     """
 
@@ -45,6 +48,7 @@ class SimulationState:
     factories: list[Factory] = field(default_factory=list)
     mean_wall_forces_n: dict[str, np.ndarray] = field(default_factory=dict)
     glued: Glued = field(default_factory=no_glued)
+    clumps: Clumps | None = None
 
     def __post_init__(self):
         self.bodies: Bodies
@@ -65,6 +69,15 @@ class SimulationState:
         return self.grains.place.reshape(-1, PLACE)
 
     @property
+    def heights(self) -> np.ndarray:
+        """Height of every grain, or of its clump's centre, in m (n,)."""
+        heights = self.places[:, 2].copy()
+        if self.clumps is not None:
+            member = self.clumps.owner >= 0
+            heights[member] = records.table_of(self.clumps)[self.clumps.owner[member], records.CENTRE + 2]
+        return heights
+
+    @property
     def velocities(self) -> np.ndarray:
         """Velocities and spin velocities (n, 6), a copy in float64."""
         return (self.grains.motion.astype(float) + self.grains.remainder).reshape(-1, MOTION)[:, SPEEDS]
@@ -76,15 +89,22 @@ class SimulationState:
 
     @property
     def is_free(self) -> np.ndarray:
-        """True for grains that no body carries (n,)."""
+        """True for grains that move by themselves (n,): no body carries them, and they are no members of a clump."""
         return self.grains.remainder.reshape(-1, MOTION)[:, FREE] > 0
 
     def held_by_grains_j(self) -> float:
-        """Kinetic and potential energy of the free grains, for the ledger; 0 without one."""
+        """Kinetic and potential energy of free grains and clumps, for the ledger; 0 without one."""
         if self.entries is None:
             return 0.0
         heights = self.places[self.is_free, 0:3] @ self.gravity
-        return float(sum(kinetic_energy(self.grains)) - (heights / self.inverse_masses[self.is_free]).sum())
+        potential = records.potential_energy(self.clumps, self.gravity) - (heights / self.inverse_masses[self.is_free]).sum()
+        return float(sum(self.kinetic_energies_j()) + potential)
+
+    def kinetic_energies_j(self) -> tuple[float, float]:
+        """Translational and rotational kinetic energy of free grains and clumps."""
+        pairs = zip(kinetic_energy(self.grains), records.kinetic_energies(self.clumps), strict=True)
+        translation, rotation = (float(sum(pair)) for pair in pairs)
+        return translation, rotation
 
     def view(self) -> State:
         """Grains, materials and loads, for the kernels."""
@@ -92,7 +112,7 @@ class SimulationState:
 
     def scene(self) -> Scene:
         """Bodies, surfaces, gravity and period, for the kernels."""
-        return Scene(self.bodies, self.surfaces, self.glued, self.gravity, self.period)
+        return Scene(self.bodies, self.surfaces, self.glued, self.clumps, self.gravity, self.period)
 
     def allocate(self, grains: GrainArrays, material: np.ndarray, ids: np.ndarray) -> None:
         """Copy grains into arrays of their own, with zero loads and empty lists."""
@@ -107,8 +127,13 @@ class SimulationState:
         surfaces = self.new_surface_pairs(int(n * SURFACE_PAIRS_PER_GRAIN) + 64)
         self.lists = Lists(pairs, surfaces, origin=np.zeros((n, 3)), age=np.full(2, STALE))
 
-    def restructure(self, selected: np.ndarray, new_grains: GrainArrays | None = None, new_material=()) -> None:
-        """Keep the grains of the given numbers, in that order, and append others; contacts keep their history."""
+    def restructure(
+        self, selected: np.ndarray, new_grains: GrainArrays | None = None, new_material=(), new_clumps: NewClumps | None = None
+    ) -> None:
+        """Keep the grains of the given numbers, in that order, and append others, the members of new clumps last.
+
+        Contacts keep their history.
+        """
         old, held_j = self.lists, self.held_by_grains_j()
         next_id = self.ids.max(initial=-1) + 1
         n_old, n_new = self.n_grains, len(new_material)
@@ -122,14 +147,20 @@ class SimulationState:
         number[selected] = np.arange(len(selected))
         self.carry("pairs", old.pairs, number, number)
         self.carry("surfaces", old.surfaces, number, None)
+        self.clumps = records.selected(self.clumps, number, new_clumps, self.n_grains)
         self.exchanged_j += self.held_by_grains_j() - held_j
         stays = number[self.glued.grain] >= 0
         self.glued = Glued(number[self.glued.grain[stays]], self.glued.body[stays])
 
     def glue(self, numbers: np.ndarray, body: int) -> None:
-        """Make grains part of a body; numbers are those in the order of addition."""
+        """Make grains part of a body, a clump with any of its members as a whole; numbers are those in the order of addition."""
         indices = np.argsort(self.ids)[np.unique(np.asarray(numbers, np.int64))]
         remainder, held_j = self.grains.remainder.reshape(-1, MOTION), self.held_by_grains_j()
+        if self.clumps is not None:
+            owners = self.clumps.owner[indices]
+            with_them = np.isin(self.clumps.owner, owners[owners >= 0])
+            indices = np.union1d(indices, np.flatnonzero(with_them))
+            self.clumps = records.selected(self.clumps, np.where(with_them, -1, np.arange(self.n_grains)), None, self.n_grains)
         remainder[indices, INVERSE_MASS] = 0.0
         remainder[indices, FREE] = 0.0
         self.exchanged_j += self.held_by_grains_j() - held_j

@@ -147,7 +147,9 @@ def test_a_response_without_a_weight_is_not_asked_to_match():
     table = compared(verification_tables(), weight_cohesion=0.0, target_cohesion_pa=np.nan).set_index("response")
     assert table["match"].to_dict() == {"cohesion": "not asked", "friction_angle": "matches", "angle_of_repose": "matches"}
     assert table.loc["cohesion", "prediction"] == "confirmed"  # predictions are compared for all
-    assert verdict(table.reset_index(), "match") == "matches"
+    table = table.assign(prediction=["not decided", "confirmed", "confirmed"]).reset_index()
+    assert verdict(table, "match") == "matches"
+    assert verdict(table, "prediction") == "confirmed"  # what nobody asked for decides nothing
 
 
 def test_a_test_too_blunt_to_decide_matches_nothing_and_confirms_nothing():

@@ -76,7 +76,7 @@ def find_pairs(positions, radii, period, skin, capacity):
     order, slab = np.zeros(n, np.int64), np.zeros(slabs.SLABS + 1, np.int64)
     period, outer = np.asarray(period, float), storage.Outer(row, owner, partner, np.zeros((capacity, 3)), order, slab)
     images = Period(period, grid.frequencies(period)) if period.any() else None
-    m = pairs.find_pairs(grains, period, images, skin, outer)
+    m = pairs.find_pairs(grains, None, period, images, skin, outer)
     assert m < 0 or all((owner[begin:end] == i).all() for i, (begin, end) in enumerate(row))
     return m, row, partner, order, slab
 
@@ -421,11 +421,16 @@ def test_glued_grains_alone_are_static():
         (lambda: make(gravity_m_s2=(0.0, 0.0, np.nan)), "gravity_m_s2 is (0.0, 0.0, nan); allowed"),
         (lambda: sticky(-0.1), "work_of_adhesion_j_m2 is -0.1; allowed: zero or positive"),
         (lambda: sticky(np.nan), "work_of_adhesion_j_m2 is nan; allowed: zero or positive"),
-        (lambda: make(adhesion="sticky"), "adhesion is 'sticky'; allowed: one of ['none', 'constant', 'jkr']"),
+        (lambda: make(adhesion="sticky"), "adhesion is 'sticky'; allowed: one of ['none', 'constant', 'jkr', 'capillary']"),
         (
             lambda: make().set_interaction("soil", "soil", sticky(0.1)),
             "work_of_adhesion_j_m2 of 'soil' with 'soil' is 0.1; allowed: 0 in a simulation with adhesion 'none'",
         ),
+        (
+            lambda: make(interaction=replace(sticky(0.1), bridge_volume_ratio=0.01)),
+            "bridge_volume_ratio of 'soil' with 'soil' is 0.01; allowed: 0 in a simulation with adhesion 'constant'",
+        ),
+        (lambda: replace(ROUGH, bridge_volume_ratio=0.2), "bridge_volume_ratio is 0.2; allowed: zero to 0.1"),
         (lambda: make(damping_model="none"), "damping_model is 'none'; allowed: one of ['edem', 'no_pull']"),
         (lambda: alone(velocities_m_s=(0, np.inf, 0)), "velocities_m_s is not finite"),
         (lambda: alone(angular_velocities_rad_s=(0, np.nan, 0)), "angular_velocities_rad_s is not finite"),

@@ -2,12 +2,12 @@
 
 GROUPS = [
     *("normal_impact", "oblique_impact", "friction"),
-    *("conservation", "invariance", "rest", "energy", "adhesion", "strength"),
+    *("conservation", "invariance", "rest", "energy", "adhesion", "clumps", "strength"),
 ]
 # Parts into which the heaps and shear tests over many seeds are divided.
 BULK_PARTS = range(16)
 # Written by `make check-peers`, which needs LIGGGHTS.
-PEERS = "results/verification/peers.parquet"
+PEERS = ["results/verification/peers.parquet", "results/verification/peers_adhesion.parquet"]
 FIGURES = ["restitution", "oblique_impact", "bulk"]
 VERIFICATION = CODE.of_package("src/virtual_soil/verification")
 
@@ -76,7 +76,7 @@ rule verification_page:
     input:
         tables=expand("results/verification/{group}.parquet", group=[*GROUPS, "bulk"]),
         runs="results/verification/bulk_runs.parquet",
-        peers=[PEERS] if Path(PEERS).exists() else [],
+        peers=[path for path in PEERS if Path(path).exists()],
     output:
         page="docs/verification.md",
         figures=expand("docs/verification/{figure}.png", figure=FIGURES),

@@ -10,7 +10,6 @@ if __name__ == "__main__":
     log_to(snakemake.log[0])
     files = snakemake.input
     tables = {group: read_table(path, "checks") for group, path in zip(snakemake.params.groups, files.tables, strict=True)}
-    if files.peers:
-        tables["peers"] = read_table(files.peers[0], "checks")
+    tables |= {Path(path).stem: read_table(path, "checks") for path in files.peers}
     runs = read_table(files.runs, "bulk_runs")
     write_page(tables, Path(snakemake.output.page), Path(snakemake.output.figures[0]).parent, runs)

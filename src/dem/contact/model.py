@@ -22,12 +22,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.contact.laws import hertz, jkr, mindlin, pull_off, rolling_a, rolling_c
+from dem.contact.laws import capillary, hertz, jkr, mindlin, pull_off, rolling_a, rolling_c
 from dem.jit import by_type
 from dem.layout import GEOMETRY, Access
 
 #: Value of a setting -> law, for each role. The settings `adhesion`, `rolling_model` and `damping_model` choose.
-NORMAL: Mapping[str, ModuleType] = {"none": hertz, "constant": pull_off, "jkr": jkr}
+NORMAL: Mapping[str, ModuleType] = {"none": hertz, "constant": pull_off, "jkr": jkr, "capillary": capillary}
 TANGENTIAL: Mapping[str, ModuleType] = {"mindlin": mindlin}
 ROLLING: Mapping[str, ModuleType] = {"type_a": rolling_a, "type_c": rolling_c}
 

@@ -21,7 +21,8 @@ from dem.lists.slabs import cut_slabs, used_slabs
 class Search(NamedTuple):
     """Input of a search through the cell grid.
 
-    in_order (n, 5): positions, radii, inverse masses in cell order. low, shape, start, cell, period: the grid (`dem.lists.grid`).
+    in_order (n, 5): positions, radii, tags in cell order (grains of one tag are fixed together). low, shape, start, cell, period:
+    the grid (`dem.lists.grid`).
     is_ring: the slabs close a ring across a periodic face. images: None, or Period.
     """
 
@@ -46,19 +47,20 @@ class Slots(NamedTuple):
 
 
 @strict_jit
-def find_pairs(grains, period, images, skin, outer):
+def find_pairs(grains, clumps, period, images, skin, outer):
     """Find every pair closer than r_i + r_j + skin, once; returns their number, or -1 if the list may be too short.
 
     A pair belongs to the row of the grain that comes first in cell order, so only cells ahead of a grain are searched. Across a
     periodic face that closes a ring of slabs it belongs to the last slab (see `dem.lists.slabs.cut_slabs`).
-    period (3,) : 0 where not periodic; images : its `Period`, or None. Overwrites `outer` except its history.
+    clumps : `dem.clumps.records.Clumps`, or None. period (3,) : 0 where not periodic; images : its `Period`, or None. Overwrites
+    `outer` except its history.
     """
     row, order = outer.row, outer.order
     cell = cell_size(grains, skin)
     low, shape, start = sort_into_cells(grains, period, cell, order)
     cut_slabs(start, shape, outer.slab)
     is_ring = period[0] > 0.0 and used_slabs(outer.slab) > 1
-    search = Search(in_cell_order(grains, order), order, low, shape, start, cell, period, skin, is_ring, images)
+    search = Search(in_cell_order(grains, clumps, order), order, low, shape, start, cell, period, skin, is_ring, images)
     m = 0
     for rank in range(order.shape[0]):
         i = order[rank]
@@ -72,16 +74,27 @@ def find_pairs(grains, period, images, skin, outer):
 
 
 @strict_jit
-def in_cell_order(grains, order):
-    """Position, radius and inverse mass of the grains in cell order, (n, 5)."""
+def in_cell_order(grains, clumps, order):
+    """Position, radius and tag of the grains in cell order, (n, 5)."""
     in_order = np.empty((order.shape[0], 5))
     for k in range(order.shape[0]):
         o = PLACE * order[k]
         for a in range(3):
             in_order[k, a] = grains.place[o + a]
         in_order[k, 3] = grains.place[o + RADIUS]
-        in_order[k, 4] = grains.remainder[MOTION * order[k] + INVERSE_MASS]
+        in_order[k, 4] = tag(order[k], grains, clumps)
     return in_order
+
+
+@lean_jit
+def tag(i, grains, clumps):
+    """Number that grain i shares with those only that it is fixed to: 0 if glued, below 0 in a clump, else its own."""
+    if grains.remainder[MOTION * i + INVERSE_MASS] == 0.0:
+        return 0
+    if clumps is not None:
+        if clumps.owner[i] >= 0:
+            return -1 - np.int64(clumps.owner[i])
+    return 1 + i
 
 
 @strict_inline_jit
@@ -140,7 +153,7 @@ def scan(rank, first, last, search, images, partner, m):
         cutoff = in_order[rank, 3] + in_order[k, 3] + skin
         near = x * x + y * y + z * z < cutoff * cutoff
         partner[m] = order[k]
-        m += int(near & (in_order[rank, 4] + in_order[k, 4] > 0.0))
+        m += int(near & (in_order[rank, 4] != in_order[k, 4]))
     return m
 
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dem.bodies import carry_glued, fastest_body, geometry_ahead, move_bodies, sum_forces
+from dem.clumps.motion import collect_loads
 from dem.jit import inline_jit, jit, lean_jit
 from dem.layout import PLACE
 from dem.ledger import Ledger, book_step, note_step
@@ -72,16 +73,17 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
             if reason != FINISHED:
                 break
             n_prunings += 1
-        plan = next_plan(run, pace, limits.n_steps - done, outputs.ledger is None)
+        plan = next_plan(run, pace, limits.n_steps - done, outputs.ledger is None and scene.clumps is None)
         note_step(run, outputs.ledger)
         geometry_ahead(scene, model.step_s, scratch.geometry[: plan.n_steps])
         schedule.steps(plan, run, scratch.threads)
         sum_forces(scene, scratch.force, used_slabs(lists.pairs.outer.slab))
         carry_glued(state.grains, state.loads, scene)
+        collect_loads(model.access.vector, state.grains, state.loads, scene.clumps)
         book_step(run, outputs.ledger)
         add_to(outputs.mean_force, scene.bodies.force)
         if not plan.moves:
-            schedule.move(run, scratch.threads)
+            schedule.move_all(run, scene.clumps, scratch.threads)
         follow(run, pace, plan.n_steps)
         done += plan.n_steps
         if max(pace[SPEED], pace[BODY_SPEED]) > limits.speed:
@@ -137,10 +139,11 @@ def is_due(pace):
 
 
 @inline_jit
-def next_plan(run, pace, n_left, no_ledger):
-    """Number of steps to fuse, at most n_left, and whether grains move within them."""
-    # loads on glued grains go to their bodies, and the ledger books complete loads: then all grains wait for all loads
-    moves = run.scene.glued.grain.shape[0] == 0 and no_ledger
+def next_plan(run, pace, n_left, each_alone):
+    """Number of steps to fuse, at most n_left, and whether grains move within them; each_alone: no ledger, no clumps."""
+    # loads on glued grains go to their bodies, those on members to their clumps, and the ledger books complete loads: then all
+    # grains wait for all loads
+    moves = run.scene.glued.grain.shape[0] == 0 and each_alone
     if not moves or is_driven(run.scene.bodies):
         return schedule.Plan(1, moves)
     speed, body_speed = pace[SPEED], pace[BODY_SPEED]
@@ -253,7 +256,7 @@ def rebuild(run, skin):
     if not is_sound(grains):
         return BLEW_UP
     cutoff = skin + run.model.reach_m
-    n_pairs = find_pairs(grains, scene.period, run.model.access.images, cutoff, pairs.spare)
+    n_pairs = find_pairs(grains, scene.clumps, scene.period, run.model.access.images, cutoff, pairs.spare)
     if n_pairs < 0:
         return PAIRS_FULL
     if find_surface_pairs(grains, scene.surfaces, cutoff, surfaces.spare) < 0:

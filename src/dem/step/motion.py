@@ -81,10 +81,10 @@ def fastest_grain(grains):
 
 @jit
 def kinetic_energy(grains):
-    """Translational and rotational kinetic energy of all free grains, in J."""
+    """Translational and rotational kinetic energy of all free grains, in J; members of clumps are not free."""
     translation, rotation = 0.0, 0.0
     for i in range(0, grains.motion.shape[0], MOTION):
-        if grains.remainder[i + INVERSE_MASS] > 0.0:
+        if grains.remainder[i + FREE] > 0.0:
             mass = 1.0 / float(grains.remainder[i + INVERSE_MASS])
             for t in range(3):
                 translation += 0.5 * mass * velocity(grains, i + VX + t) ** 2

@@ -12,6 +12,7 @@ import numpy as np
 
 from dem import shapes
 from dem.bodies import Scene, push
+from dem.clumps.motion import move_clumps
 from dem.contact.model import Model
 from dem.contact.stage import contact_stage
 from dem.jit import apart_jit, inline_jit, jit, lean_jit, parallel_jit, prange
@@ -295,6 +296,16 @@ steps_one, move_one, prune_one, save_one = inline_jit(_steps), lean_jit(_move), 
 steps_many, move_many, prune_many, save_many = (parallel_jit(body) for body in (_steps, _move, _prune, _save))
 
 
+@lean_jit
+def move_with_clumps(run, clumps):
+    """Advance clumps, then the grains that are no members; their largest speed (m/s) counts as that of slab 0."""
+    state, model, gravity = run.state, run.model, run.scene.gravity
+    of_members = move_clumps(model.access.vector, state.grains, clumps, gravity, model.step_s)
+    zero = model.laws.numbers.zero
+    of_others = integrate(model.access.vector, state.grains, state.loads, clumps.others, gravity, model.step_s, zero)
+    run.scratch.speeds[0, 0] = max(of_members, of_others)
+
+
 @inline_jit
 def steps(plan, run, threads):
     """Make plan.n_steps steps; threads : None for one thread (also below)."""
@@ -302,6 +313,15 @@ def steps(plan, run, threads):
         steps_one(plan, run, threads)
     else:
         steps_many(plan, run, threads)
+
+
+@inline_jit
+def move_all(run, clumps, threads):
+    """Advance clumps and all grains by one step; clumps : None, or `run.scene.clumps`."""
+    if clumps is None:
+        move(run, threads)
+    else:
+        move_with_clumps(run, clumps)
 
 
 @inline_jit

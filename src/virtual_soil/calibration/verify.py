@@ -184,9 +184,12 @@ def conclusion(calibration, posterior, verification, likelihoods: dict[str, Like
 
 
 def verdict(verification: pd.DataFrame, question: str) -> str:
-    """Answer of one case: "confirmed" or "matches" if it is that of all responses, else the other answers with their responses."""
+    """Answer of one case: "confirmed" or "matches" if it is that of all responses, else the other answers with their responses.
+
+    Responses that the case does not ask for decide nothing; the table has their answers.
+    """
     beyond, within = QUESTIONS[question]
-    verification = verification[verification[question] != UNASKED]
+    verification = verification[verification["match"] != UNASKED]
     found = {word: verification.loc[verification[question] == word, "response"] for word in (beyond, UNDECIDED, UNSIMULATED)}
     if len(found[UNSIMULATED]) == len(verification):
         return UNSIMULATED

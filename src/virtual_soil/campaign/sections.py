@@ -184,6 +184,10 @@ class Fidelity:
     check: Check = section(Check)  # type: ignore[valid-type]
 
 
+#: Laws of adhesion that need no more than an adhesive stress.
+STICKY = [name for name, law in NORMAL.items() if set(law.PROPERTIES) == {"restitution", "work_of_adhesion_j_m2"}]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Engine:
     """Numerical settings common to all experiments; the names are those of `dem.Simulation`."""
@@ -197,7 +201,7 @@ class Engine:
     adhesion: str = choice(
         "law of grains with adhesive_stress_pa; constant: pull-off force while they touch (DMT); jkr: until they are torn off",
         "constant",
-        [name for name in NORMAL if name != "none"],
+        STICKY,
     )
     precision: str = choice(
         "precision of the contact arithmetic",
@@ -393,7 +397,7 @@ Study = make(
             float,
             setting(
                 "target duration in min of a job of short simulations; 0: one job per simulation; results do not depend on it",
-                1,
+                0.5,
                 minimum=0,
             ),
         ),

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import jsonschema
 
-from dem.contact.model import words
+from dem.contact.model import words, work_of_adhesion
 
 #: Property of the grains -> (unit, meaning).
 PARAMETERS = {
@@ -25,6 +25,8 @@ PARAMETERS = {
     "rolling_friction": ("1", "coefficient of rolling friction between grains; see models.rolling for its definition"),
     "restitution": ("1", "coefficient of restitution"),
 }
+#: The same of soils with adhesion. Their cards have format 3: a reader of format 2 would leave the adhesion out unseen.
+ADHESIVE = {"adhesive_stress_pa": ("Pa", "pull-off force of two mean grains over their diameter squared")}
 SCHEMA = json.loads(Path(__file__).with_name("material.schema.json").read_text(encoding="utf-8"))
 
 
@@ -39,9 +41,11 @@ def material_card(optimum: dict, verification: list[dict], config: dict, provena
     variables = list(config["design"]["variables"])
     walls = {name: optimum.get(f"wall_{name}", value) for name, value in wall_settings(config).items()}
     material = {**config["material"], **{name: optimum[name] for name in variables}}
+    adhesive = material["adhesive_stress_pa"] > 0.0 or "adhesive_stress_pa" in variables
+    law = config["engine"]["adhesion"] if adhesive else "none"
     card = {
         "format": "virtual-soil material card",
-        "format_version": 2,
+        "format_version": 3 if adhesive else 2,
         "study": config["study"],
         "case": optimum["case"],
         "soil": optimum["soil"],
@@ -53,8 +57,9 @@ def material_card(optimum: dict, verification: list[dict], config: dict, provena
                 "calibrated": name in variables,
                 **interval(optimum, name),
             }
-            for name, (unit, meaning) in PARAMETERS.items()
+            for name, (unit, meaning) in (PARAMETERS | (ADHESIVE if adhesive else {})).items()
         },
+        **({"adhesion": adhesion(law, material, config)} if adhesive else {}),
         "walls": {name: material[name] if value is None else value for name, value in walls.items()},
         "responses": {
             column: {
@@ -76,13 +81,28 @@ def material_card(optimum: dict, verification: list[dict], config: dict, provena
                 for row in verification
             ],
         },
-        "models": words(config["engine"]["rolling_model"]),
+        "models": words(config["engine"]["rolling_model"], law),
         "simulated_with": {**config["fidelity"]["campaign"], **sizes(config),
                            "gravity_m_s2": config["engine"]["gravity_m_s2"], "grading": config["grading"],
                            "repose_test": config["repose_test"], "shear_test": config["shear_test"]},
         "provenance": {"config_sha256": config_hash(config), **provenance},
     }  # fmt: skip
     return check_card(without_nan(card))
+
+
+def adhesion(law: str, material: dict, config: dict) -> dict:
+    """Return law, pull-off force and energies of two mean grains, and test -> True if its samples were prepared with adhesion."""
+    radius_m = material["radius_m"]
+    pull_off_n = material["adhesive_stress_pa"] * (2.0 * radius_m) ** 2
+    w = work_of_adhesion(law, pull_off_n, 0.5 * radius_m)
+    tests = [name for name in config["experiments"] if "prepared_with_adhesion" in config[name]]
+    return {
+        "law": law,
+        "pull_off_force_n": pull_off_n,
+        "work_of_adhesion_j_m2": w,
+        "surface_energy_j_m2": 0.5 * w,
+        "prepared_with_adhesion": {name: config[name]["prepared_with_adhesion"] for name in tests},
+    }
 
 
 def wall_settings(config: dict) -> dict[str, float | None]:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import jinja2
 
+from virtual_soil.exports import adhesion
 from virtual_soil.exports.rolling import converted, explanation
 
 #: Program -> (template and file name, comment prefix).
@@ -34,8 +35,9 @@ def inputs(card: dict) -> dict[str, str]:
         model = card["models"]["rolling"]["type"]
         mu_r, mu_r_wall = (card["parameters"]["rolling_friction"]["value"], card["walls"]["rolling_friction"])
         rolling = {"rolling": converted(mu_r, model, program)[0], "wall_rolling": converted(mu_r_wall, model, program)[1]}
-        notes = [*heading(card, program), *explanation(model, program)]
+        notes = [*heading(card, program), *explanation(model, program), *adhesion.explanation(card, program)]
         context = {**numbers, **rolling, "notes": "\n".join((comment + line).rstrip() for line in notes), "card": card}
+        context["adhesion"] = adhesion.adhesion(card, numbers, program)
         texts[name] = environment.get_template(f"{name}.j2").render(context)
     return texts
 

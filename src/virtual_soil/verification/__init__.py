@@ -5,6 +5,7 @@ GROUPS maps the name of a group to the function that runs it and returns its che
 
 from virtual_soil.verification import (
     adhesion,
+    clumps,
     conservation,
     energy,
     friction,
@@ -26,6 +27,7 @@ GROUPS = {
     "rest": rest.checks,
     "energy": energy.checks,
     "adhesion": adhesion.checks,
+    "clumps": clumps.checks,
     "strength": strength.checks,
 }
 

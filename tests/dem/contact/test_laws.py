@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from dem import Interaction, Material
-from dem.contact.laws import hertz, jkr, mindlin, pull_off, rolling_a
+from dem.contact.laws import capillary, hertz, jkr, mindlin, pull_off, rolling_a
 from dem.contact.model import LAWS, Equivalent
 from dem.layout import BLOCK
 
@@ -97,7 +97,7 @@ def test_every_law_says_what_the_engine_asks_for(law):
     assert len(law.CONSTANTS) <= len(law.PARAMETERS._fields)
     assert set(law.PROPERTIES) <= set(Interaction.__dataclass_fields__)
     assert set(law.WORDS) == {"words", "equation"}
-    assert (law.reach((1e7, 0.02), 1e-3) > 0.0) == (law is jkr)  # the others need contact
+    assert (law.reach((1e7, 0.02, 1e-3), 1e-3) > 0.0) == (law in (jkr, capillary))  # the others need contact
     touch = Interaction(restitution=0.5, static_friction=0.4, rolling_friction=0.1)
     solid = Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)
     assert len(law.column_values(solid, solid, touch)) == len(law.COLUMNS)
@@ -105,12 +105,12 @@ def test_every_law_says_what_the_engine_asks_for(law):
 
 # --- adhesion ----------------------------------------------------------------------------------------------------------------
 
-E_STAR, R_STAR, WORK = 6.25e7, 25e-6, 0.02
+E_STAR, R_STAR, WORK, VOLUME = 6.25e7, 25e-6, 0.02, 1e-3
 
 
 def constants_of(law, work, number=float):
     """A contact's constants in a number type, and the values that they were made of."""
-    raw, c = np.array([E_STAR, work]).repeat(BLOCK), np.zeros(len(law.CONSTANTS) * BLOCK, number)
+    raw, c = np.array([E_STAR, work, VOLUME]).repeat(BLOCK), np.zeros(len(law.CONSTANTS) * BLOCK, number)
     law.write(law.PARAMETERS(*(number(0.0) for _ in law.PARAMETERS._fields)), raw, 0, c, 0, Equivalent(R_STAR, 1e-9, 0.0))
     return law.read(law.PARAMETERS(*(number(hertz.NO_BOUND) for _ in law.PARAMETERS._fields)), c, 0)
 
@@ -121,7 +121,7 @@ def force_at(law, constants, overlap, number=float):
     root = math.sqrt(deformed)
     repulsive = law.normal_force(constants, deformed, root, math.sqrt(root), number(0.0))
     net = law.attracted(constants, repulsive, number(overlap), root, math.sqrt(root))
-    return net, repulsive, law.normal_energy(constants, deformed, root)
+    return net, repulsive, law.normal_energy(constants, number(overlap), root)
 
 
 def jkr_by_bisection(overlap):
@@ -146,7 +146,7 @@ def test_the_jkr_curve_is_that_of_the_implicit_law(overlap, number, error):
     assert float(repulsive) == pytest.approx(expected_repulsive, rel=error, abs=error * scale)
 
 
-@pytest.mark.parametrize("law", [pull_off, jkr])
+@pytest.mark.parametrize("law", [pull_off, jkr, capillary])
 @pytest.mark.parametrize("overlap", [1e-12, 1e-9, 1e-6])
 def test_without_work_of_adhesion_the_force_is_hertz(law, overlap):
     net, repulsive, _ = force_at(law, constants_of(law, 0.0), overlap)
@@ -155,7 +155,7 @@ def test_without_work_of_adhesion_the_force_is_hertz(law, overlap):
     assert repulsive == pytest.approx(expected, rel=1e-6)
 
 
-@pytest.mark.parametrize("law", [pull_off, jkr])
+@pytest.mark.parametrize("law", [pull_off, jkr, capillary])
 @pytest.mark.parametrize("overlap", [-1.5e-8, 1e-8, 3e-7])
 def test_the_force_is_the_slope_of_the_energy(law, overlap):
     if law is pull_off and overlap < 0:
@@ -174,3 +174,29 @@ def test_a_jkr_contact_begins_with_an_overlap_and_ends_where_it_is_torn_off():
     assert jkr.touches(constants, -1.0, -0.99 * torn, held, 0, 0.0)
     assert not jkr.touches(constants, -1.0, -1.01 * torn, held, 0, 0.0)
     assert jkr.torn_energy(constants, held, 0) > 0.0 == jkr.torn_energy(constants, fresh, 0)
+
+
+def test_a_bridge_pulls_as_willett_found_from_first_touch_until_it_breaks():
+    constants = constants_of(capillary, WORK)
+    breaks = capillary.reach((E_STAR, WORK, VOLUME), R_STAR)
+    assert breaks == pytest.approx(0.1 * R_STAR)
+    full = 2 * math.pi * WORK * R_STAR
+    for gap in (0.0, 1e-7, 1e-6, 2.4e-6):
+        x = gap * math.sqrt(2 * R_STAR / (VOLUME * R_STAR**3))
+        net, repulsive, _ = force_at(capillary, constants, -gap)
+        assert net == pytest.approx(-full / (1 + 1.05 * x + 2.5 * x**2))
+        assert repulsive == 0.0
+    fresh, held = np.zeros(1), np.ones(1)
+    assert not capillary.touches(constants, -1.0, -0.1 * breaks, fresh, 0, 0.0)
+    assert capillary.touches(constants, -1.0, -0.99 * breaks, held, 0, 0.0)
+    assert not capillary.touches(constants, -1.0, -1.01 * breaks, held, 0, 0.0)
+    gaps = np.linspace(0.0, breaks, 2001)
+    work = np.trapezoid([-force_at(capillary, constants, -gap)[0] for gap in gaps], gaps)
+    assert capillary.torn_energy(constants, held, 0) == pytest.approx(work, rel=1e-5)
+    assert capillary.torn_energy(constants, fresh, 0) == 0.0
+
+
+def test_at_contact_a_bridge_is_the_constant_pull_off():
+    for overlap in (1e-9, 1e-7):
+        by_bridge, by_law = (force_at(law, constants_of(law, WORK), overlap) for law in (capillary, pull_off))
+        assert by_bridge == pytest.approx(by_law, rel=1e-14)

@@ -1,4 +1,6 @@
-"""Comparison with another program: heap, direct shear and a single rolling contact in LIGGGHTS and in our engine.
+"""Comparison with other programs: heap, direct shear and a single rolling contact in LIGGGHTS and in our engine, and adhesion.
+
+Adhesion (`peers.adhesion`) is compared with LAMMPS, too, where it is installed.
 
     python -m virtual_soil.verification.peers
 

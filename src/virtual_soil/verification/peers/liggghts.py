@@ -12,6 +12,7 @@ import numpy as np
 NAME = "LIGGGHTS"
 HOW_TO_INSTALL = "apt-get install liggghts"
 MODEL = "model hertz tangential history rolling_friction epsd2"
+STICKY_MODEL = "model hertz tangential history cohesion sjkr rolling_friction epsd2"
 LOOP_TIME = re.compile(r"Loop time of ([\d.e+-]+) on .*? for (\d+) steps with (\d+) atoms")
 
 #: Minimum Young's modulus in SI units that LIGGGHTS accepts.
@@ -22,9 +23,14 @@ class PeerError(RuntimeError):
     """Error: the program is missing, has stopped, or printed unreadable output."""
 
 
+def installed() -> bool:
+    """True if the program is on the path."""
+    return shutil.which("liggghts") is not None
+
+
 def require_installed() -> None:
     """Raise PeerError with instructions for its installation if the program is missing."""
-    if shutil.which("liggghts") is None:
+    if not installed():
         raise PeerError(f"{NAME} is not installed; on Debian and Ubuntu: {HOW_TO_INSTALL}.")
 
 
@@ -39,13 +45,16 @@ def young_modulus(shear_modulus_pa: float, poisson_ratio: float) -> float:
     return 2.0 * shear_modulus_pa * (1.0 + poisson_ratio)
 
 
-def material_lines(shear_modulus_pa, poisson_ratio, restitution, static_friction, rolling_friction) -> list[str]:
+def material_lines(
+    shear_modulus_pa, poisson_ratio, restitution, static_friction, rolling_friction, cohesion_j_m3=None
+) -> list[str]:
     """Return the lines that define the contacts of n types of one elastic material.
 
     Parameters
     ----------
     shear_modulus_pa, poisson_ratio, restitution : numbers, the same for all types.
     static_friction, rolling_friction : (n, n), between each pair of types.
+    cohesion_j_m3 : (n, n) cohesion energy density of `sjkr`, or None without cohesion.
 
     Raises
     ------
@@ -59,13 +68,15 @@ def material_lines(shear_modulus_pa, poisson_ratio, restitution, static_friction
     def fix(number, name, kind, values):
         return f"fix m{number} all property/global {name} {kind} " + " ".join(f"{value:.9g}" for value in values)
 
+    sticky = [] if cohesion_j_m3 is None else [fix(6, "cohesionEnergyDensity", f"peratomtypepair {n}", np.ravel(cohesion_j_m3))]
     return [
         fix(1, "youngsModulus", "peratomtype", [E] * n),
         fix(2, "poissonsRatio", "peratomtype", [poisson_ratio] * n),
         fix(3, "coefficientRestitution", f"peratomtypepair {n}", [restitution] * n * n),
         fix(4, "coefficientFriction", f"peratomtypepair {n}", np.ravel(static_friction)),
         fix(5, "coefficientRollingFriction", f"peratomtypepair {n}", np.ravel(rolling_friction)),
-        f"pair_style gran {MODEL}",
+        *sticky,
+        f"pair_style gran {MODEL if cohesion_j_m3 is None else STICKY_MODEL}",
         "pair_coeff * *",
     ]
 

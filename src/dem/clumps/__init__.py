@@ -1,0 +1,1 @@
+"""Clumps: rigid unions of spheres. `shape` has the prototypes, `union` their volume and inertia, `bodies` their motion."""
