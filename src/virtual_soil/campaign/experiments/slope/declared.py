@@ -68,7 +68,7 @@ DENSITIES: dict[str, str] = {}
 #: Section that states the laboratory's apparatus (`experiments.apparatus`).
 APPARATUS = "slope_test"
 
-#: Default seeds of each stage: beds of the same grains differ by 1 to 4 degrees (docs/decisions/09).
+#: Default seeds of each stage: beds of the same grains differ by 1 to 4 degrees (docs/decisions/10).
 SEEDS = {"design": [1, 2], "check": [1], "refine": [1, 2], "verify": [101, 102, 103, 104, 105, 106]}
 
 #: Status of the simulations that count. A column has no angle: it stands at any.
