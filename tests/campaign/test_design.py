@@ -152,7 +152,7 @@ def test_a_sweep_must_determine_its_factor(radii, n_couples, form, enough):
 
 def test_every_round_of_further_seeds_doubles_their_number_where_something_is_undecided():
     optimum = {"radius_m": 1e-4, "static_friction": 0.5, "rolling_friction": 0.1}
-    seeds = {"repose_seeds": [101, 102], "shear_seeds": [101], "plane_shear_seeds": [101]}
+    seeds = {"repose_seeds": [101, 102], "shear_seeds": [101], "plane_shear_seeds": [101], "slope_seeds": [101]}
     assert decisive(CONFIG, {}, seeds, 1).empty
     first, second = (decisive(CONFIG, {"a": (optimum, ["repose"])}, seeds, k) for k in (1, 2))
     assert set(first["experiment"]) == {"repose"}
