@@ -5,7 +5,12 @@ import sys
 from snakemake.exceptions import WorkflowError
 
 from virtual_soil.campaign import asked
-from virtual_soil.campaign.apparatus import apparatus, check_sizes, laboratory_curve, with_gravity
+from virtual_soil.campaign.apparatus import (
+    apparatus,
+    check_sizes,
+    laboratory_curve,
+    with_gravity,
+)
 from virtual_soil.campaign.batches import (
     NAME,
     batches,
@@ -46,7 +51,12 @@ from virtual_soil.campaign.study import (
     simulations,
     soil_files,
 )
-from virtual_soil.campaign.variables import adhesion_laws, fitting_twins, normal_form, with_walls
+from virtual_soil.campaign.variables import (
+    adhesion_laws,
+    fitting_twins,
+    normal_form,
+    with_walls,
+)
 from virtual_soil.errors import InputError
 from virtual_soil.exports import PROGRAMS
 

@@ -7,7 +7,10 @@ GROUPS = [
 # Parts into which the heaps and shear tests over many seeds are divided.
 BULK_PARTS = range(16)
 # Written by `make check-peers`, which needs LIGGGHTS.
-PEERS = ["results/verification/peers.parquet", "results/verification/peers_adhesion.parquet"]
+PEERS = [
+    "results/verification/peers.parquet",
+    "results/verification/peers_adhesion.parquet",
+]
 FIGURES = ["restitution", "oblique_impact", "bulk"]
 VERIFICATION = CODE.of_package("src/virtual_soil/verification")
 
