@@ -60,7 +60,7 @@ def run(soil: Soil, setup: Setup, engine: Engine, seed: int, each: Callable[[Sim
             Tube(name="tube", material="soil", radius_m=tube_radius, bottom_m=0.0, top_m=1e3 * setup.scale_radius_m),
         ],
         smallest_radius_m=soil.sizes.smallest_m,
-        **engine.options,
+        **engine.options(soil),
     )
     region = TubeRegion(radius_m=tube_radius, bottom_m=0.0)
     simulation.add_factory(Factory(n_grains=setup.n_particles, region=region, sizes=soil.sizes, material="soil", seed=seed))

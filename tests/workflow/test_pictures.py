@@ -113,6 +113,7 @@ def test_each_experiment_is_filmed(experiment, tmp_path, monkeypatch):
             "max_shear_strain": 0.5,
         },
     }
+    small["slope"] = {"height_ratio": 12.0, "length_ratio": 30.0, "thickness_ratio": 6.0, "tolerance_deg": 20.0}
     settings["setup"] |= small[experiment.NAME]
     path = tmp_path / "film.gif"
     frames = film.animate(experiment, row, settings, str(path))

@@ -343,6 +343,10 @@ def test_the_command_says_what_is_wrong_in_a_line(tmp_path):
     assert result.returncode == 1
     assert result.stderr == "empty.png: no heap found: nothing differs enough from what is around it.\n"
     made = subprocess.run(
-        ["make", "-n", "angle", "PHOTO=a.jpg b.jpg", "BOX=1,2,3,4"], cwd=ROOT, capture_output=True, text=True, check=True
+        ["make", "-n", "--no-print-directory", "angle", "PHOTO=a.jpg b.jpg", "BOX=1,2,3,4"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     assert made.stdout.splitlines()[-1].split()[-4:] == ["virtual_soil.report.read_photo", "a.jpg", "b.jpg", "--box=1,2,3,4"]

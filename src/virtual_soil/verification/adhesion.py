@@ -417,6 +417,6 @@ def energy(law: str) -> list[Check]:
     check = compare(law, "27 grains that collide, stick and tear off, float64")
     common = {"unit": "-", "relation": "at most"}
     return [
-        check(quantity="residual / dissipated", expected=1e-2, obtained=residuals[0], note="0.1 T_R", **common),
-        check(quantity="residual / dissipated", expected=1e-3, obtained=residuals[1], note="0.025 T_R", **common),
+        check(quantity="residual / dissipated, 0.1 T_R", expected=1e-2, obtained=residuals[0], **common),
+        check(quantity="residual / dissipated, 0.025 T_R", expected=1e-3, obtained=residuals[1], **common),
     ]
