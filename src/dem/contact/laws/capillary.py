@@ -16,7 +16,7 @@ exchange of liquid.
 import math
 from typing import NamedTuple
 
-from dem.contact.laws import hertz, pull_off
+from dem.contact.laws import hertz, jkr, pull_off
 from dem.jit import lean_jit
 from dem.layout import BLOCK as B
 
@@ -54,6 +54,7 @@ COLUMNS = ("E_star", "w", "volume")
 CONSTANTS = ("k_n", "c_n", "F_c", "inv_s", "inv_reach")
 #: 1 if a bridge has formed and not yet broken (the sign is that of the pair's order).
 HISTORY = ("touched",)
+deformation, spring_force, remember = hertz.deformation, hertz.spring_force, jkr.remember
 WORDS = {
     "words": "Hertz spring with the dashpot of EDEM's Hertz-Mindlin model, and the pull of a liquid bridge (Willett 2000), from "
     "first touch until it breaks. Sliding and rolling are limited by the repulsive part.",
@@ -93,21 +94,6 @@ def write(law, raw, p, c, o, pair):
 def touches(law, gap, overlap, h, o, zero):
     """True if the contact acts: with an overlap, or with a bridge that has not broken."""
     return (gap > zero) | ((h[o] != zero) & (overlap * law.inv_reach > -type(zero)(1.0)))
-
-
-def remember(law, touching, h, o, one, zero):
-    """Note that there is a bridge."""
-    h[o] = one if touching else zero
-
-
-def deformation(law, overlap, tiny):
-    """Overlap in m of a Hertz contact with this contact's radius."""
-    return max(overlap, tiny)
-
-
-def spring_force(law, overlap, root):
-    """Force in N of the spring alone; root is that of the deformation."""
-    return law.k_n * root * overlap
 
 
 def normal_force(law, overlap, root, fourth_root, v_n):

@@ -57,6 +57,9 @@ COLUMNS = ("E_star", "w")
 CONSTANTS = ("k_n", "c_n", "k_a", "inv_delta_f", "root_f")
 #: 1 if the grains have touched since they were last apart (the sign is that of the pair's order).
 HISTORY = ("touched",)
+# the repulsive part is that of a Hertz contact of the same radius
+spring_force = hertz.spring_force
+normal_force = hertz.normal_force
 WORDS = {
     "words": "JKR adhesive contact with the dashpot of EDEM's Hertz-Mindlin model; grains that touched hold until they are torn "
     "off. Sliding and rolling are limited by the repulsive part 4 E* a^3 / (3 R*).",
@@ -135,16 +138,6 @@ def deformation(law, overlap, tiny):
     """Overlap in m of a Hertz contact with this contact's radius, a^2 / R*."""
     root = relative_radius(overlap * law.inv_delta_f, tiny) * law.root_f
     return root * root
-
-
-def spring_force(law, overlap, root):
-    """Repulsive part of the force in N without the dashpot; root is that of the deformation."""
-    return law.k_n * root * overlap
-
-
-def normal_force(law, overlap, root, fourth_root, v_n):
-    """Repulsive part in N of the force that pushes i away from j; arguments as in `dem.contact.laws.hertz.normal_force`."""
-    return max(law.k_n * root * overlap - law.c_n * fourth_root * v_n, law.least)
 
 
 def attracted(law, f_n, overlap, root, fourth_root):

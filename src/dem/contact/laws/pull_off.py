@@ -35,6 +35,14 @@ PROPERTIES = ("restitution", "work_of_adhesion_j_m2")
 COLUMNS = ("E_star", "w")
 CONSTANTS = ("k_n", "c_n", "F_c")
 HISTORY = ()
+# the repulsive part, and when it acts, are those of the Hertz contact
+touches = hertz.touches
+remember = hertz.remember
+deformation = hertz.deformation
+spring_force = hertz.spring_force
+normal_force = hertz.normal_force
+torn_energy = hertz.torn_energy
+reach = hertz.reach
 WORDS = {
     "words": "Hertz spring with the dashpot of EDEM's Hertz-Mindlin model, and a constant pull-off force while grains touch (DMT). "
     "Sliding and rolling are limited by the repulsive part F_n + F_c.",
@@ -45,11 +53,6 @@ WORDS = {
 def column_values(a, b, interaction):
     """Values of COLUMNS for two materials: E* in Pa, work of adhesion in J/m2."""
     return (*hertz.column_values(a, b, interaction), interaction.work_of_adhesion_j_m2)
-
-
-def reach(columns, R_star):
-    """Gap in m up to which the law acts: it needs contact."""
-    return 0.0
 
 
 @lean_jit
@@ -76,30 +79,6 @@ def write(law, raw, p, c, o, pair):
     c[o + 2 * B] = pull_off_force(raw[p + B], pair.R_star)
 
 
-def touches(law, gap, overlap, h, o, zero):
-    """True if the contact acts; gap is positive with an overlap."""
-    return gap > zero
-
-
-def remember(law, touching, h, o, one, zero):
-    """Nothing outlives a contact."""
-
-
-def deformation(law, overlap, tiny):
-    """Overlap in m of a Hertz contact with this contact's radius."""
-    return max(overlap, tiny)
-
-
-def spring_force(law, overlap, root):
-    """Force in N of the spring alone; root is that of the deformation."""
-    return law.k_n * root * overlap
-
-
-def normal_force(law, overlap, root, fourth_root, v_n):
-    """Repulsive part in N of the force that pushes i away from j; arguments as in `dem.contact.laws.hertz.normal_force`."""
-    return max(law.k_n * root * overlap - law.c_n * fourth_root * v_n, law.least)
-
-
 def attracted(law, f_n, overlap, root, fourth_root):
     """Normal force in N, from its repulsive part f_n."""
     return f_n - law.F_c
@@ -108,8 +87,3 @@ def attracted(law, f_n, overlap, root, fourth_root):
 def normal_energy(law, overlap, root):
     """Energy in J of the spring and of the attraction: the integral of k_n delta^(3/2) - F_c."""
     return (0.4 * (law.k_n * root * overlap) - law.F_c) * overlap
-
-
-def torn_energy(law, h, o):
-    """Energy in J that is lost where the contact has ended: none."""
-    return 0.0
