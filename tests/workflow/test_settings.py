@@ -34,6 +34,8 @@ OTHERS = {
     "twins": {"t": {**MIDDLE, "repose_seeds": [9], "shear_seeds": [9], "plane_shear_seeds": [9], "slope_seeds": [9]}},
     **{f"{name}.normal_stress_ratios": [100.0, 200.0, 400.0] for name in ("shear", "plane_shear")},
     "shear_test.normal_stresses_pa": [2e3, 4e3, 8e3],
+    "shear.normal_stresses_pa": [200.0, 400.0, 800.0],
+    "plane_shear.normal_stresses_pa": [200.0, 400.0, 800.0],
     "shear.curve_range_m": [0.0, 1e-3],
     "fidelity.check.couples": [{"static_friction": 0.5, "rolling_friction": 0.2}],
     # go together with others: see test_apparatus and test_grading

@@ -8,6 +8,7 @@ from virtual_soil.campaign import asked
 from virtual_soil.campaign.apparatus import (
     apparatus,
     check_sizes,
+    follow_cohesion,
     laboratory_curve,
     with_gravity,
 )
@@ -92,6 +93,7 @@ SOIL_FILES = soil_files(config, CHECKOUT)
 config.update(in_declared_order(config, Study))
 config.update(in_words(apparatus, config, SOIL_FILES))
 in_words(check_sizes, config, SOIL_FILES)
+config.update(in_words(follow_cohesion, config, SOIL_FILES))
 config["engine"] = with_gravity(config["engine"])
 config["shear"]["curve"] = in_words(laboratory_curve, config, SOIL_FILES)
 config["experiments"] = with_optional(config)

@@ -49,21 +49,37 @@ def bulk_density(name: str, symbol: str, table: str) -> Response:
     )
 
 
+def lid_stresses(usually: tuple[float, ...], note: str) -> Any:
+    """Declare the stresses of a shear test in Pa; usually : those that null stands for where no cohesion says better."""
+    listed = ", ".join(f"{stress:g}" for stress in usually)
+    return setting(
+        "stresses on the lid; null: half of the cohesion to five times, where grains may stick and a case asks for one, else "
+        + listed,
+        None,
+        above=0,
+        usual=USUAL_STRESSES_PA,
+        of={"minItems": 3, "uniqueItems": True},
+        note=note,
+    )
+
+
 def stress_ratios() -> Any:
     """Declare the stresses of a shear test in units of the grains' weight."""
     meaning = "stresses on the lid over rho g d of the point's grains, in place of normal_stresses_pa; null: normal_stresses_pa"
     return setting(meaning, None, above=0, of={"minItems": 3, "uniqueItems": True})
 
 
-def normal_stresses_pa(section: dict, material: dict, gravity_m_s2: float, factor: float = 1.0) -> list[float]:
+def normal_stresses_pa(
+    section: dict, usually: tuple[float, ...], material: dict, gravity_m_s2: float, factor: float = 1.0
+) -> list[float]:
     """Normal stresses in Pa on the grains of a point, to four digits: those of a shear test's settings.
 
-    section : settings with `normal_stresses_pa`, and `normal_stress_ratios` in their place if given; a stress of rho g d is the
-    weight of a grain over its diameter squared, but for a factor of pi/6. factor : on the stresses in Pa.
+    section : settings with `normal_stresses_pa` (None: `usually`), and `normal_stress_ratios` in their place if given; a stress of
+    rho g d is the weight of a grain over its diameter squared, but for a factor of pi/6. factor : on the stresses in Pa.
     """
-    ratios = section["normal_stress_ratios"]
+    ratios, stated = section["normal_stress_ratios"], section["normal_stresses_pa"] or usually
     weight = material["density_kg_m3"] * gravity_m_s2 * 2.0 * material["radius_m"]
-    stresses = [factor * value for value in section["normal_stresses_pa"]] if ratios is None else [weight * k for k in ratios]
+    stresses = [factor * value for value in stated] if ratios is None else [weight * k for k in ratios]
     return [float(f"{value:.4g}") for value in stresses]
 
 

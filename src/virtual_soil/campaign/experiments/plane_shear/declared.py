@@ -18,10 +18,10 @@ from virtual_soil.campaign.experiments.common import (
     STRESSES,
     USUAL_ANGLES_DEG,
     USUAL_COHESIONS_PA,
-    USUAL_STRESSES_PA,
     bulk_density,
     check_stiffness,
     engine_of,
+    lid_stresses,
     normal_stresses_pa,
     scale_m,
     soil_of,
@@ -78,6 +78,8 @@ RESPONSES = (
     *responses("peak", 0.6),
     bulk_density("sheared_bulk_density", "ρb sheared", "plane_shear"),
 )
+#: Stresses on the lid in Pa, where neither the study, the soil nor a cohesion says others.
+STRESSES_PA = (125.0, 250.0, 500.0, 1000.0)
 #: Column of the load of a simulation.
 LOAD = "normal_stress_pa"
 #: Quantity for the comparison of the accelerated test with the reference.
@@ -116,13 +118,9 @@ class Settings:
     length_ratio: float = setting("length of the bed in grain radii, its period", 32.0, minimum=10)
     height_ratio: float = setting("nominal height of the bed in grain radii", 32.0, minimum=12)
     width_ratio: float = setting("width of the bed in grain radii, its period", 16.0, above=4.8)
-    normal_stresses_pa: list[float] = setting(
-        "stresses on the lid",
-        [125.0, 250.0, 500.0, 1000.0],
-        above=0,
-        usual=USUAL_STRESSES_PA,
-        of={"minItems": 3, "uniqueItems": True},
-        note="Every stress has a specimen of its own. Without gravity a bed has no scale, and one specimen under several stresses "
+    normal_stresses_pa: list[float] | None = lid_stresses(
+        STRESSES_PA,
+        "Every stress has a specimen of its own. Without gravity a bed has no scale, and one specimen under several stresses "
         "would be one and the same test.",
     )
     normal_stress_ratios: list[float] | None = stress_ratios()
@@ -166,7 +164,7 @@ REFERENCE = {
 def loads(config: dict, material: dict) -> list[float]:
     """Normal stresses in Pa of a point."""
     stated = apparatus.stresses_pa(config)
-    return normal_stresses_pa(config[NAME], material, config["engine"]["gravity_m_s2"]) if stated is None else stated
+    return normal_stresses_pa(config[NAME], STRESSES_PA, material, config["engine"]["gravity_m_s2"]) if stated is None else stated
 
 
 def check_loads(config: dict) -> list[float]:

@@ -22,6 +22,7 @@ from virtual_soil.campaign.experiments.common import (
     USUAL_STRESSES_PA,
     check_stiffness,
     engine_of,
+    lid_stresses,
     normal_stresses_pa,
     scale_m,
     sliding,
@@ -77,6 +78,8 @@ RESPONSES = (
         optional=True,
     ),
 )
+#: Stresses on the lid in Pa, where neither the study, the soil nor a cohesion says others.
+STRESSES_PA = (150.0, 250.0, 500.0, 1000.0)
 #: Column of the load of a simulation.
 LOAD = "normal_stress_pa"
 #: Quantity for the comparison of the accelerated test with the reference.
@@ -118,13 +121,9 @@ class Settings:
     length_ratio: float = setting("box length in grain radii", 60.0, minimum=10)
     height_ratio: float = setting("nominal filling height in grain radii", 32.0, minimum=8)
     width_ratio: float = setting("thickness of the periodic slice in grain radii", 5.0, above=4.8)
-    normal_stresses_pa: list[float] = setting(
-        "stresses on the lid",
-        [150.0, 250.0, 500.0, 1000.0],
-        above=0,
-        usual=USUAL_STRESSES_PA,
-        of={"minItems": 3, "uniqueItems": True},
-        note="Below ten times the weight of the soil above the shear plane they are refused: arches would carry the lid.",
+    normal_stresses_pa: list[float] | None = lid_stresses(
+        STRESSES_PA,
+        "Below ten times the weight of the soil above the shear plane they are refused: arches would carry the lid.",
     )
     normal_stress_ratios: list[float] | None = stress_ratios()
     stresses: str = choice(
@@ -212,7 +211,7 @@ def loads(config: dict, material: dict) -> list[float]:
         return stated
     grows = config["design"]["geometry"] == "scaled" and config[NAME]["stresses"] == "scaled"
     factor = material["radius_m"] / config["material"]["radius_m"] if grows else 1.0
-    return normal_stresses_pa(config[NAME], material, config["engine"]["gravity_m_s2"], factor)
+    return normal_stresses_pa(config[NAME], STRESSES_PA, material, config["engine"]["gravity_m_s2"], factor)
 
 
 def check_loads(config: dict) -> list[float]:
