@@ -42,7 +42,7 @@ class Material:
         0.0,
         minimum=0,
         usual=(0.0, 1e6),
-        note="Cohesion is some 0.3 to 0.5 of it, whatever the radius. Grains stick to plate, lid and floor, not to tube and frames.",
+        note="Cohesion is 0.3 to 0.5 of it, whatever the radius. Grains stick to plate, lid and floor, not to tube and frames.",
     )
 
 
