@@ -123,6 +123,12 @@ def test_slabs_of_the_same_parity_share_no_grain(period_x, n, largest):
     assert m > n
     used = np.flatnonzero(np.diff(slab))
     assert len(used) >= (8 if largest == 1.0 else 4)
+    of = np.empty(n, int)
+    for s in used:
+        of[order[slab[s] : slab[s + 1]]] = s
+    owner = np.repeat(np.arange(n), row[:, 1] - row[:, 0])
+    listed = np.concatenate([partner[begin:end] for begin, end in row])
+    assert set((of[listed] - of[owner]) % len(used)) == {0, 1}  # its own grains, and those of the next
     touched = []
     for s in range(slabs.SLABS):
         owners = [i for i in order[slab[s] : slab[s + 1]].tolist() if row[i, 1] > row[i, 0]]
