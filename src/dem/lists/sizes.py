@@ -3,7 +3,7 @@
 The search through neighbouring cells finds all pairs of common grains, and what lies next to the centres of large ones. The larger
 grain of a pair finds the rest, over as many cells as it reaches grains no larger than itself; of two that reach over as many, the
 first in cell order. So a few large grains cost what they touch, and not a search of all grains in cells of their size.
-Hierarchical grids for wide size ratios: Ogarko & Luding 2012, Computer Physics Communications 183, 931; here one grid for all sizes.
+Hierarchical grids: Ogarko & Luding 2012, Computer Physics Communications 183, 931; here all sizes share one grid.
 """
 
 from typing import NamedTuple
