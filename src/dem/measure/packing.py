@@ -42,12 +42,37 @@ def core_solid_fraction(positions, radii, vessel_radius_m: float) -> float:
     if len(radii) == 0:
         return math.nan
     layer = WALL_LAYER * 2.0 * radii.mean()
-    surface = float(np.quantile(positions[:, 2], 0.9))
-    low, high = min(layer, 0.25 * surface), max(surface - 0.5 * layer, 0.75 * surface)
+    low, high = levels(positions, layer)
     core = max(vessel_radius_m - layer, LEAST_CORE * vessel_radius_m)
     u, v, w = qmc.Sobol(3, seed=0).random_base2(N_LOG2).T
     along = np.column_stack([np.cos(2.0 * np.pi * v), np.sin(2.0 * np.pi * v)])
-    points = np.column_stack([core * np.sqrt(u)[:, None] * along, low + (high - low) * w])
+    return share_inside(np.column_stack([core * np.sqrt(u)[:, None] * along, low + (high - low) * w]), positions, radii)
+
+
+def slice_solid_fraction(positions, radii, length_m: float, thickness_m: float) -> float:
+    """Solid fraction of grains between end walls at x = 0 and length_m, periodic in y with thickness_m, on a floor at z = 0.
+
+    Parameters and layers that are left out as in `core_solid_fraction`. NaN without grains. The same in every run.
+    """
+    positions, radii = np.asarray(positions, float).reshape(-1, 3), np.asarray(radii, float)
+    if len(radii) == 0:
+        return math.nan
+    layer = WALL_LAYER * 2.0 * radii.mean()
+    low, high = levels(positions, layer)
+    margin = min(layer, 0.5 * (1.0 - LEAST_CORE) * length_m)
+    points = qmc.scale(qmc.Sobol(3, seed=0).random_base2(N_LOG2), [margin, 0.0, low], [length_m - margin, thickness_m, high])
+    copies = np.concatenate([positions + [0.0, k * thickness_m, 0.0] for k in (-1, 0, 1)])
+    return share_inside(points, copies, np.tile(radii, 3))
+
+
+def levels(positions: np.ndarray, layer: float) -> tuple[float, float]:
+    """Heights between which a filling is measured: a layer above the floor, half of one below the surface; else its middle half."""
+    surface = float(np.quantile(positions[:, 2], 0.9))
+    return min(layer, 0.25 * surface), max(surface - 0.5 * layer, 0.75 * surface)
+
+
+def share_inside(points: np.ndarray, positions: np.ndarray, radii: np.ndarray) -> float:
+    """Share of points that lie in a grain."""
     # the nearest centre need not be that of the grain around a point
     n_nearest = 1 if np.ptp(radii) == 0.0 else min(NEAREST, len(radii))
     distance, grain = cKDTree(positions).query(points, [*range(1, n_nearest + 1)], distance_upper_bound=radii.max())

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from dem.measure.packing import core_solid_fraction
+from dem.measure.packing import core_solid_fraction, slice_solid_fraction
 
 LATTICES = {
     "simple cubic": ([[0, 0, 0]], 2.0, math.pi / 6.0),
@@ -49,3 +49,17 @@ def test_a_low_filling_has_the_density_of_its_middle_and_no_grains_none():
     places = vessel([[0, 0, 0]], 2.0, height=10.0)
     assert core_solid_fraction(places, np.ones(len(places)), 12.0) == pytest.approx(math.pi / 6.0, rel=0.1)
     assert math.isnan(core_solid_fraction(np.zeros((0, 3)), np.zeros(0), 12.0))
+
+
+@pytest.mark.parametrize("name", LATTICES)
+def test_a_periodic_slice_has_the_density_of_its_lattice(name):
+    """The slice cuts the lattice between two planes of cells; its end walls leave gaps that do not count."""
+    cell, edge, density = LATTICES[name]
+    n = np.array([16, 4, 16])
+    corners = np.stack(np.meshgrid(*[np.arange(k) for k in n], indexing="ij"), axis=-1).reshape(-1, 1, 3)
+    places = (edge * (corners + np.array(cell))).reshape(-1, 3) + [3.0, 0.0, 1.0]
+    radii, length = np.ones(len(places)), places[:, 0].max() + 3.0
+    found = slice_solid_fraction(places, radii, length, edge * n[1])
+    assert found == pytest.approx(density, rel=0.01)
+    assert slice_solid_fraction(places, radii, length, edge * (n[1] + 1)) < 0.9 * density  # of another period
+    assert math.isnan(slice_solid_fraction(np.zeros((0, 3)), np.zeros(0), 1.0, 1.0))

@@ -1,0 +1,347 @@
+"""Draw-down test: soil flows out of a flat-bottomed box through a slot in the middle of its floor, and leaves two slopes.
+
+The box is a periodic slice along the slot, between smooth end walls. It is filled on a closed gate; when the soil is at rest, the
+grains on the floor are glued to it (a rough floor: what stays does not slide on it), the gate is removed, and the grains flow out
+until none has left for a while and the rest is at rest. Grains are gone below the floor.
+
+One test tells three things that a heap or a shear box confuse: the rate of discharge, in which grains move fast and dilute, the
+angle at rest that stays behind, and the bulk density of the filled box.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import numpy as np
+
+from dem import Box, BoxRegion, Factory, Grains, Rich, Simulation, SimulationError
+from dem.experiments.soil import Engine, Soil, energy_balance
+from dem.experiments.specimen import GLUE_REACH_RATIO, rectangle
+from dem.experiments.state import LOOK_STEPS, State, steps_in
+from dem.material import require
+from dem.measure.draw_down import Slopes, slopes, steady_rate
+from dem.measure.packing import slice_solid_fraction
+
+#: The filling is at rest at this kinetic energy (see `dem.Simulation.is_static`), at the latest after a number of free-fall times
+#: of the loose column.
+SETTLED_ENERGY_RATIO, SETTLE_FALL_TIMES = 1e-6, 12.0
+#: The end: this kinetic energy, and no grain has left for a number of free-fall times of the filling's height.
+STATIC_ENERGY_RATIO, QUIET_FALL_TIMES = 1e-8, 2.0
+#: Time limit of the flow in times that the whole filling would take at Beverloo's rate; slopes of rough grains creep.
+LIMIT_TIMES = 8.0
+#: Solid fraction of poured grains, to choose their number and the time limit; the measured one is another.
+FILL_FRACTION = 0.57
+#: Law of Beverloo, Leniger & van de Velde (1961), Chem. Eng. Sci. 15, 260, for a round hole: 0.58 rho_b sqrt(g) (D - 1.4 d)^(5/2).
+#: With area and hydraulic diameter (2 W of a long slot) in place of D: 0.58 (4 / pi) sqrt(2) rho_b sqrt(g) (W - 1.4 d)^(3/2) per
+#: length of a slot.
+BEVERLOO, EMPTY_DIAMETERS = 0.58 * 4.0 / math.pi * math.sqrt(2.0), 1.4
+#: Least sizes in mean grain diameters: slot (narrower ones arch), floor beside it, height of the filling, thickness of the slice.
+LEAST_SLOT, LEAST_FLOOR, LEAST_HEIGHT, LEAST_THICKNESS = 6.0, 10.0, 10.0, 2.5
+#: Fewest grains from which slopes and a rate can be told.
+LEAST_GRAINS = 1000
+#: Looks in the time sqrt(W / g), in which grains fall through the slot.
+LOOKS = 16
+#: Nothing but the soil above the slot has come down, and walls stand beside it, if less than this times its mass has flowed out.
+COLUMN_SHARE = 1.5
+#: Grains at rest nearer to the middle of the slot than this share of its width are an arch: nothing is under them.
+ARCH_SHARE = 0.25
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setup(Rich):
+    """Geometry and protocol; ratios are over scale_radius_m.
+
+    length_ratio: distance of the end walls (x). slot_ratio: width of the slot in the middle between them. height_ratio: of the
+    filling, nominal. thickness_ratio: of the slice along the slot, its period (y). preparation_friction_ratio multiplies the
+    grains' frictions while the box is filled: below 1 it is tamped. Grains stick to each other and to the floor, not to the end
+    walls, and only from the opening of the gate on, unless prepared_with_adhesion.
+    """
+
+    length_ratio: float
+    slot_ratio: float
+    height_ratio: float
+    thickness_ratio: float
+    scale_radius_m: float
+    preparation_friction_ratio: float = 1.0
+    prepared_with_adhesion: bool = False
+
+    def __post_init__(self):
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name.endswith("_ratio") or field.name.endswith("_m"):
+                least = "zero or positive" if field.name == "preparation_friction_ratio" else "positive"
+                sound = math.isfinite(value) and (value > 0.0 or (value == 0.0 and least != "positive"))
+                require(sound, field.name, value, f"a {least} number")
+
+    @property
+    def length_m(self) -> float:
+        """Distance of the end walls."""
+        return self.length_ratio * self.scale_radius_m
+
+    @property
+    def slot_m(self) -> float:
+        """Width of the slot."""
+        return self.slot_ratio * self.scale_radius_m
+
+    @property
+    def height_m(self) -> float:
+        """Nominal height of the filling."""
+        return self.height_ratio * self.scale_radius_m
+
+    @property
+    def thickness_m(self) -> float:
+        """Length of the slot that is simulated, the period along y."""
+        return self.thickness_ratio * self.scale_radius_m
+
+    @property
+    def edges_m(self) -> tuple[float, float]:
+        """Both edges of the slot along x."""
+        return 0.5 * (self.length_m - self.slot_m), 0.5 * (self.length_m + self.slot_m)
+
+
+@dataclass(frozen=True)
+class DrawDown(Rich):
+    """Results of the test.
+
+    status: "done"; "arched" if grains hang over the slot at rest; "column" if the soil beside the slot stands as two walls;
+    "not_finished" if grains still moved or left at the time limit.
+    before, after: grains of the filled box, and those that stay. time_s, mass_out_kg_m: since the gate was opened, and the mass
+    that is through the slot then, per metre of the slot. n_out: grains that left. The energies are those of
+    `dem.experiments.soil.energy_balance`.
+    """
+
+    status: str
+    setup: Setup
+    before: Grains
+    after: Grains
+    time_s: np.ndarray
+    mass_out_kg_m: np.ndarray
+    n_particles: int
+    n_out: int
+    n_steps: int
+    simulated_time_s: float
+    max_overlap_ratio: float
+    energy_dissipated_j: float = math.nan
+    energy_residual_ratio: float = math.nan
+
+    @property
+    def history(self) -> dict[str, np.ndarray]:
+        """Mass that has flowed out, as columns."""
+        return {"time_s": self.time_s, "mass_out_kg_m": self.mass_out_kg_m}
+
+    @property
+    def discharge_rate_kg_s_m(self) -> float:
+        """Steady rate of discharge in kg/s per metre of the slot (`dem.measure.draw_down.steady_rate`)."""
+        return steady_rate(self.time_s, self.mass_out_kg_m)[0]
+
+    @property
+    def discharge_rate_error_kg_s_m(self) -> float:
+        """Its standard error."""
+        return steady_rate(self.time_s, self.mass_out_kg_m)[1]
+
+    @cached_property
+    def slopes(self) -> Slopes:
+        """Slopes that stay on both sides of the slot, if the test is done."""
+        setup = self.setup
+        return slopes(self.after.positions_m, self.after.radii_m, setup.length_m, setup.slot_m, setup.thickness_m)
+
+    @cached_property
+    def solid_fraction(self) -> float:
+        """Solid fraction of the filled box, away from walls, floor and surface."""
+        return slice_solid_fraction(self.before.positions_m, self.before.radii_m, self.setup.length_m, self.setup.thickness_m)
+
+    @property
+    def filled_height_m(self) -> float:
+        """Height below which nine tenths of the filled grains lie, over 0.9."""
+        return float(np.quantile(self.before.positions_m[:, 2], 0.9)) / 0.9
+
+
+def n_grains(soil: Soil, setup: Setup) -> int:
+    """Number of grains that fill the box to its nominal height."""
+    return round(FILL_FRACTION * setup.length_m * setup.thickness_m * setup.height_m / soil.grain_volume_m3)
+
+
+def check(soil: Soil, setup: Setup) -> None:
+    """Raise ValueError, naming the size, if the grains are too large for the box: they would arch, or leave no slope."""
+    d, floor_m = 2.0 * soil.radius_m, setup.edges_m[0]
+    for name, size_m, least, why in (
+        ("slot width", setup.slot_m, LEAST_SLOT, "narrower ones arch"),
+        ("floor beside the slot", floor_m, LEAST_FLOOR, "a longer box, for a slope to stay"),
+        ("height of the filling", setup.height_m, LEAST_HEIGHT, "a higher filling, for a slope to stay"),
+        ("thickness of the slice", setup.thickness_m, LEAST_THICKNESS, "a thicker slice"),
+    ):
+        require(
+            size_m >= least * d * (1.0 - 1e-9),
+            name,
+            f"{1e3 * size_m:.3g} mm, {size_m / d:.3g} grain diameters",
+            f"at least {least:g}: {why}",
+        )
+    n = n_grains(soil, setup)
+    require(
+        n >= LEAST_GRAINS, "number of grains in the box", n, f"at least {LEAST_GRAINS}: a larger box or slice, or smaller grains"
+    )
+
+
+def fall_time_s(setup: Setup, engine: Engine) -> float:
+    """Time of a free fall over the height of the filling."""
+    return math.sqrt(2.0 * setup.height_m / engine.gravity_m_s2)
+
+
+def beverloo_kg_s_m(soil: Soil, setup: Setup, engine: Engine) -> float:
+    """Rate of discharge in kg/s per metre of the slot by Beverloo's law, of loose frictional grains: a scale of time."""
+    open_m = setup.slot_m - EMPTY_DIAMETERS * 2.0 * soil.radius_m
+    return BEVERLOO * FILL_FRACTION * soil.density_kg_m3 * math.sqrt(engine.gravity_m_s2) * open_m**1.5
+
+
+def flow_time_s(soil: Soil, setup: Setup, engine: Engine) -> float:
+    """Time that the whole filling would take to flow out at that rate."""
+    mass_kg_m = FILL_FRACTION * soil.density_kg_m3 * setup.length_m * setup.height_m
+    return mass_kg_m / beverloo_kg_s_m(soil, setup, engine)
+
+
+def walls(setup: Setup) -> list[Box]:
+    """Both parts of the floor, the gate between them, and the end walls, higher than the dropped grains."""
+    left, right = setup.edges_m
+    ends = [
+        rectangle(name, (x, 0.0), (x, 1e3 * setup.height_m)) for name, x in (("left wall", 0.0), ("right wall", setup.length_m))
+    ]
+    parts = (("left floor", 0.0, left), ("gate", left, right), ("right floor", right, setup.length_m))
+    return [*(rectangle(name, (low, 0.0), (high, 0.0), "plate") for name, low, high in parts), *ends]
+
+
+def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
+    """Closed box and dropped grains, at time 0."""
+    check(soil, setup)
+    grain, options = soil.softened(engine.stiffness_reduction), engine.options(soil)
+    early = options["adhesion"] if setup.prepared_with_adhesion else "none"
+    prepared = soil.prepared(setup.preparation_friction_ratio, early)
+    simulation = Simulation(
+        materials={"soil": grain, "frame": grain, "plate": grain},
+        interactions={("soil", "soil"): prepared, ("soil", "plate"): prepared, ("soil", "frame"): soil.interaction(0.0, 0.0)},
+        walls=walls(setup),
+        period_m=(0.0, setup.thickness_m, 0.0),
+        smallest_radius_m=soil.sizes.smallest_m,
+        floor_m=-2.0 * soil.sizes.largest_m,
+        **options,
+    )
+    region = BoxRegion(low_m=(0.0, 0.0), high_m=(setup.length_m, setup.thickness_m), bottom_m=0.0, periodic_y=True)
+    simulation.add_factory(Factory(n_grains=n_grains(soil, setup), region=region, sizes=soil.sizes, material="soil", seed=seed))
+    return simulation
+
+
+def start(soil: Soil, setup: Setup, engine: Engine, seed: int) -> State:
+    """The test at its beginning: grains about to drop."""
+    simulation = build(soil, setup, engine, seed)
+    settle_time = SETTLE_FALL_TIMES * math.sqrt(2.0 * simulation.top_m / engine.gravity_m_s2)
+    return State(simulation, "fill", steps_in(settle_time, simulation), {"max_overlap_ratio": 0.0})
+
+
+def open_gate(state: State, soil: Soil, setup: Setup, engine: Engine) -> None:
+    """Glue the grains on the floor to it, give all their own friction, and remove the gate; the filled box is remembered."""
+    simulation, grains = state.simulation, state.simulation.grains
+    if simulation.n_left:
+        raise SimulationError(f"{simulation.n_left} grains leaked out of the draw-down box before its gate was opened")
+    state.note_grains("before", grains)
+    left, right = setup.edges_m
+    x, on_floor = grains.positions_m[:, 0], grains.positions_m[:, 2] < (1.0 + GLUE_REACH_RATIO) * grains.radii_m
+    # whole grains only: one that juts out would narrow the slot
+    simulation.glue(np.flatnonzero(on_floor & (x + grains.radii_m <= left)), "left floor")
+    simulation.glue(np.flatnonzero(on_floor & (x - grains.radii_m >= right)), "right floor")
+    for other in ("soil", "plate"):
+        simulation.set_interaction("soil", other, soil.interaction(adhesion=simulation.adhesion))
+    simulation.remove_wall("gate")
+    state.notes |= {"opened_s": simulation.time_s, "time_s": [0.0], "mass_out_kg": [0.0], "last_out_s": 0.0}
+    state.begin("flow", steps_in(LIMIT_TIMES * flow_time_s(soil, setup, engine), simulation))
+
+
+def note_flow(state: State, soil: Soil) -> None:
+    """Note the time since the gate was opened, and the mass that is through the slot."""
+    notes, grains = state.notes, state.simulation.grains
+    cubes = float((np.asarray(notes["before.radii_m"]) ** 3).sum()) - float(
+        (grains.radii_m[grains.positions_m[:, 2] >= 0.0] ** 3).sum()
+    )
+    now, out = state.simulation.time_s - notes["opened_s"], soil.density_kg_m3 * 4.0 / 3.0 * math.pi * cubes
+    if out > notes["mass_out_kg"][-1]:
+        notes["last_out_s"] = now
+    notes["time_s"] += [now]
+    notes["mass_out_kg"] += [out]
+
+
+def is_over(state: State, setup: Setup, engine: Engine) -> bool:
+    """True if no grain has left for a while and the others are at rest."""
+    quiet_s = state.notes["time_s"][-1] - state.notes["last_out_s"]
+    return quiet_s >= QUIET_FALL_TIMES * fall_time_s(setup, engine) and state.simulation.is_static(STATIC_ENERGY_RATIO)
+
+
+def is_arched(grains: Grains, setup: Setup) -> bool:
+    """True if grains hang over the slot."""
+    return bool((np.abs(grains.positions_m[:, 0] - 0.5 * setup.length_m) < ARCH_SHARE * setup.slot_m).any())
+
+
+def status_of(ended: bool, after: Grains, out_share: float, setup: Setup) -> str:
+    """Status of a test; ended: before its time limit. out_share: of the filled mass, what has flowed out."""
+    if not ended:
+        return "not_finished"
+    if is_arched(after, setup):
+        return "arched"
+    return "column" if out_share < COLUMN_SHARE * setup.slot_m / setup.length_m else "done"
+
+
+def run(
+    soil: Soil,
+    setup: Setup,
+    engine: Engine,
+    seed: int,
+    each: Callable[[Simulation, str], None] | None = None,
+    *,
+    state: State | None = None,
+    keep: Callable[[State], None] | None = None,
+) -> DrawDown:
+    """Fill one box and let it run out; or finish a test that was interrupted in a state.
+
+    `each(simulation, stage)` is called at every look, then `keep(state)`, which may save the state (or raise, to stop). A run that
+    goes on from a state ends as it would have without the interruption, bit for bit.
+
+    Raises
+    ------
+    ValueError : the grains are too large for the box (`check`).
+    dem.SimulationError : the run blew up, or grains left the closed box.
+    """
+    state = start(soil, setup, engine, seed) if state is None else state
+    simulation, notes = state.simulation, state.notes
+
+    def look(ended):
+        def call(current):
+            notes["max_overlap_ratio"] = max(notes["max_overlap_ratio"], simulation.largest_overlap_ratio())
+            if each is not None:
+                each(simulation, current.stage)
+            return ended(current)
+
+        return call
+
+    def flowed(current):
+        note_flow(current, soil)
+        return is_over(current, setup, engine)
+
+    if state.stage == "fill":
+        state.go_on(look(lambda current: simulation.is_static(SETTLED_ENERGY_RATIO)), keep)
+        open_gate(state, soil, setup, engine)
+    looks = steps_in(math.sqrt(setup.slot_m / engine.gravity_m_s2) / LOOKS, simulation)
+    ended = state.go_on(look(flowed), keep, min(LOOK_STEPS, looks))
+    after, filled = simulation.grains, state.noted_grains("before")
+    out_share = 1.0 - float((after.radii_m**3).sum() / (filled.radii_m**3).sum())
+    return DrawDown(
+        status=status_of(ended, after, out_share, setup),
+        setup=setup,
+        before=filled,
+        after=after,
+        time_s=np.array(notes["time_s"]),
+        mass_out_kg_m=np.array(notes["mass_out_kg"]) / setup.thickness_m,
+        n_particles=len(filled),
+        n_out=simulation.n_left,
+        n_steps=simulation.n_steps,
+        simulated_time_s=simulation.time_s,
+        max_overlap_ratio=notes["max_overlap_ratio"],
+        **energy_balance(simulation, engine),
+    )
