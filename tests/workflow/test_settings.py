@@ -31,7 +31,16 @@ OTHERS = {
     "design.points_csv": None,
     "soils": ["lunar_regolith", "silica_barco_sand"],
     "optimise.cases": [{"case": "a", "soil": "lunar_regolith", "weights": {"angle_of_repose": 1.0}}],
-    "twins": {"t": {**MIDDLE, "repose_seeds": [9], "shear_seeds": [9], "plane_shear_seeds": [9], "slope_seeds": [9]}},
+    "twins": {
+        "t": {
+            **MIDDLE,
+            "repose_seeds": [9],
+            "shear_seeds": [9],
+            "plane_shear_seeds": [9],
+            "slope_seeds": [9],
+            "draw_down_seeds": [9],
+        }
+    },
     **{f"{name}.normal_stress_ratios": [100.0, 200.0, 400.0] for name in ("shear", "plane_shear")},
     "shear_test.normal_stresses_pa": [2e3, 4e3, 8e3],
     "shear.normal_stresses_pa": [200.0, 400.0, 800.0],
@@ -42,6 +51,7 @@ OTHERS = {
     **{f"repose_test.{key}": None for key in ("tube_diameter_m", "fill_height_m", "fill_mass_kg", "plate_width_m")},
     **{f"shear_test.{key}_m": None for key in ("length", "height", "width", "displacement")},
     "slope_test.height_m": None,
+    **{f"draw_down_test.{key}_m": None for key in ("box_length", "slot_width", "fill_height", "thickness")},
     **{f"grading.{key}": None for key in ("sieve_diameters_m", "sieve_passing")},
     "shear.stresses": None,  # see test_study: the fixed ones are too small for boxes of large grains
     "design.geometry": None,  # see the test of its own: 3000 grains of 500 um do not fit into the tube of 50 um

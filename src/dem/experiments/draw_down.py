@@ -130,21 +130,17 @@ class DrawDown(Rich):
         """Mass that has flowed out, as columns."""
         return {"time_s": self.time_s, "mass_out_kg_m": self.mass_out_kg_m}
 
-    @property
-    def discharge_rate_kg_s_m(self) -> float:
-        """Steady rate of discharge in kg/s per metre of the slot (`dem.measure.draw_down.steady_rate`)."""
-        return steady_rate(self.time_s, self.mass_out_kg_m)[0]
-
-    @property
-    def discharge_rate_error_kg_s_m(self) -> float:
-        """Its standard error."""
-        return steady_rate(self.time_s, self.mass_out_kg_m)[1]
+    @cached_property
+    def discharge_rate_kg_s_m(self) -> tuple[float, float]:
+        """Steady rate of discharge in kg/s per metre of the slot, and its standard error; nan unless the test is done."""
+        return steady_rate(self.time_s, self.mass_out_kg_m) if self.status == "done" else (math.nan, math.nan)
 
     @cached_property
     def slopes(self) -> Slopes:
-        """Slopes that stay on both sides of the slot, if the test is done."""
-        setup = self.setup
-        return slopes(self.after.positions_m, self.after.radii_m, setup.length_m, setup.slot_m, setup.thickness_m)
+        """Slopes that stay on both sides of the slot; nan unless the test is done: an arch or a wall is none."""
+        setup, n = self.setup, len(self.after) if self.status == "done" else 0
+        places, radii = self.after.positions_m[:n], self.after.radii_m[:n]
+        return slopes(places, radii, setup.length_m, setup.slot_m, setup.thickness_m)
 
     @cached_property
     def solid_fraction(self) -> float:

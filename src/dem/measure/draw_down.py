@@ -21,9 +21,10 @@ LEAST_STRIPS, STRIP_RADII = 2, 8.0
 
 @dataclass(frozen=True, kw_only=True)
 class Slopes(Rich):
-    """Angles of the slopes left and right of the slot, nan where one is too low to have any; `scatter_deg` over sides, strips.
+    """Angles of the slopes left and right of the slot, nan where one is too low to have any (without grains all are nan).
 
-    height_m : of the mean surface at its highest. bound_deg : slope of the lowest surface that has an angle; others are flatter.
+    scatter_deg : standard deviation over both sides and strips. height_m : of the mean surface at its highest. bound_deg : slope of
+    the lowest surface that has an angle; others are flatter.
     """
 
     left_deg: float
@@ -77,10 +78,9 @@ def slopes(positions, radii, length_m: float, slot_m: float, thickness_m: float)
         Grain radii in metres.
     """
     positions, radii = np.asarray(positions, float).reshape(-1, 3), np.asarray(radii, float)
-    low, run_m = MIN_HEIGHT_RATIO * 2.0 * float(radii.mean()) if len(radii) else 0.0, 0.5 * (length_m - slot_m)
-    bound = math.degrees(math.atan2(low, run_m))
     if len(radii) == 0:
-        return Slopes(left_deg=math.nan, right_deg=math.nan, scatter_deg=math.nan, height_m=0.0, bound_deg=bound)
+        return Slopes(left_deg=math.nan, right_deg=math.nan, scatter_deg=math.nan, height_m=math.nan, bound_deg=math.nan)
+    unit_m = float(radii.mean())
     distance, heights = side_surfaces(positions, radii, length_m, thickness_m)
     flanks = [fit_flank(distance, side, grain_diameter=2.0) for side in heights]
     both = fit_flank(distance, heights.reshape(-1, len(distance)), grain_diameter=2.0)
@@ -89,8 +89,8 @@ def slopes(positions, radii, length_m: float, slot_m: float, thickness_m: float)
         left_deg=left,
         right_deg=right,
         scatter_deg=both.azimuth_sd_deg if both.stands else math.nan,
-        height_m=both.height * float(radii.mean()),
-        bound_deg=bound,
+        height_m=both.height * unit_m,
+        bound_deg=math.degrees(math.atan2(MIN_HEIGHT_RATIO * 2.0 * unit_m, 0.5 * (length_m - slot_m))),
     )
 
 

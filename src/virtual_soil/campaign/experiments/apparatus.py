@@ -83,8 +83,25 @@ class SlopeTest:
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class DrawDownTest:
+    """The laboratory's draw-down test in SI, if it is known: a flat-bottomed box with a slot in the middle of its floor."""
+
+    box_length_m: float | None = setting(
+        "distance of the end walls, across the slot; null: draw_down.length_ratio", None, above=0, usual=(1e-3, 5.0)
+    )
+    slot_width_m: float | None = setting("width of the slot, all along the box", None, above=0, usual=(1e-4, 1.0))
+    fill_height_m: float | None = setting("height of the soil in the box", None, above=0, usual=(1e-3, 5.0))
+    thickness_m: float | None = setting(
+        "length of the slot that is simulated, a periodic slice; null: draw_down.thickness_ratio", None, above=0, usual=(1e-4, 2.0)
+    )
+    gravity_m_s2: float | None = setting(
+        "gravity of the test: a number, or earth, moon, mars; null: engine.gravity_m_s2", None, of=GRAVITY
+    )
+
+
 #: Key of a study and of a soil file -> its class.
-SECTIONS = {"repose_test": ReposeTest, "shear_test": ShearTest, "slope_test": SlopeTest}
+SECTIONS = {"repose_test": ReposeTest, "shear_test": ShearTest, "slope_test": SlopeTest, "draw_down_test": DrawDownTest}
 
 
 def gravity_m_s2(stated: float | str) -> float:
@@ -158,6 +175,24 @@ def slope(config: dict, row: dict) -> dict:
     sizes = f"{1e3 * height:.3g} mm with grains of {1e3 * radius:.3g} mm radius"
     demand(height >= LEAST_HEIGHT * radius, "slope_test.height_m", sizes, f"at least {LEAST_HEIGHT:g} radii: smaller grains")
     return {"height_ratio": height / radius, "scale_radius_m": radius}
+
+
+def draw_down_box(config: dict, row: dict) -> dict:
+    """Keyword arguments of the draw-down's Setup that follow from the apparatus, for the grains of a design row.
+
+    Raises CalibrationError if the box is stated in part.
+    """
+    stated, radius = config["draw_down_test"], row["radius_m"]
+    names = {"box_length_m": "length_ratio", "slot_width_m": "slot_ratio", "fill_height_m": "height_ratio"}
+    missing = [key for key in names if stated[key] is None]
+    if len(missing) == len(names):
+        demand(
+            stated["thickness_m"] is None, "draw_down_test.thickness_m", stated["thickness_m"], f"null without {', '.join(names)}"
+        )
+        return {}
+    demand(not missing, f"draw_down_test: {', '.join(missing)}", "missing", f"{', '.join(names)} together")
+    found = {ratio: stated[key] / radius for key, ratio in names.items()} | {"scale_radius_m": radius}
+    return found if stated["thickness_m"] is None else found | {"thickness_ratio": stated["thickness_m"] / radius}
 
 
 def stresses_pa(config: dict) -> list[float] | None:

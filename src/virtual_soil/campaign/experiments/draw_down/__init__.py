@@ -1,0 +1,1 @@
+"""The draw-down test in a campaign."""
