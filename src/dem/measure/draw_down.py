@@ -15,6 +15,8 @@ from dem.measure.heap import MIN_HEIGHT_RATIO, SAMPLE_SPACING, fit_flank, top_su
 STEADY_SHARES = (0.1, 0.6)
 #: Blocks of equal time into which the steady part is divided for the error of its rate.
 N_BLOCKS = 8
+#: Distance from the end walls in mean radii where no slope is read: single grains stand on each other along a wall.
+WALL_RADII = 4.0
 #: Strips along the slot that show how much a slope varies, and the width of one in mean radii (wider slices have more).
 LEAST_STRIPS, STRIP_RADII = 2, 8.0
 
@@ -68,7 +70,8 @@ def steady_rate(time_s, mass) -> tuple[float, float]:
 def slopes(positions, radii, length_m: float, slot_m: float, thickness_m: float) -> Slopes:
     """Slopes that grains at rest form from both end walls of a box down to a slot in the middle of its floor.
 
-    Each is the line through 20 to 80 % of the height of the surface, averaged along the slot (`dem.measure.heap.fit_flank`).
+    Each is the line through 20 to 80 % of the height of the surface, averaged along the slot (`dem.measure.heap.fit_flank`),
+    without the WALL_RADII next to the wall.
 
     Parameters
     ----------
@@ -90,7 +93,7 @@ def slopes(positions, radii, length_m: float, slot_m: float, thickness_m: float)
         right_deg=right,
         scatter_deg=both.azimuth_sd_deg if both.stands else math.nan,
         height_m=both.height * unit_m,
-        bound_deg=math.degrees(math.atan2(MIN_HEIGHT_RATIO * 2.0 * unit_m, 0.5 * (length_m - slot_m))),
+        bound_deg=math.degrees(math.atan2(MIN_HEIGHT_RATIO * 2.0 * unit_m, 0.5 * (length_m - slot_m) - WALL_RADII * unit_m)),
     )
 
 
@@ -107,7 +110,7 @@ def side_surfaces(positions: np.ndarray, radii: np.ndarray, length_m: float, thi
     surface = top_surface(grains, half)
     n_across, n_along = int(0.5 * length / SAMPLE_SPACING), int(thickness / SAMPLE_SPACING)
     along = half - n_along // 2 + np.arange(n_along)
-    steps = np.arange(n_across + 1)
+    steps = np.arange(int(WALL_RADII / SAMPLE_SPACING), n_across + 1)
     sides = [surface[np.ix_(half + sign * (n_across - steps), along)] for sign in (-1, 1)]
     strips = np.array_split(np.arange(n_along), max(LEAST_STRIPS, int(thickness / STRIP_RADII)))
     return steps * SAMPLE_SPACING, np.array([[side[:, strip].mean(axis=1) for strip in strips] for side in sides])

@@ -27,7 +27,7 @@ def test_planes_have_their_angles_whatever_the_unit(unit_m):
     assert found.right_deg == pytest.approx(40.0, abs=0.7)
     assert found.angle_deg == pytest.approx(0.5 * (found.left_deg + found.right_deg))
     assert found.height_m == pytest.approx(
-        unit_m * 32.0 * 0.5 * (math.tan(math.radians(25.0)) + math.tan(math.radians(40.0))), rel=0.15
+        unit_m * 28.0 * 0.5 * (math.tan(math.radians(25.0)) + math.tan(math.radians(40.0))), rel=0.15
     )
 
 
@@ -35,11 +35,21 @@ def test_the_scatter_tells_unlike_sides_from_like_ones():
     assert wedges(30.0, 30.0).scatter_deg < 1.5 < 5.0 < wedges(20.0, 35.0).scatter_deg
 
 
+def test_grains_that_stand_along_a_wall_are_no_slope():
+    """A stack of single grains along an end wall changes no angle."""
+    places = np.random.default_rng(4).uniform([1.0, 0.0, 1.0], [LENGTH - 1.0, THICKNESS, 40.0], (20000, 3))
+    stays = places[places[:, 2] < 0.6 * (np.abs(places[:, 0] - 0.5 * LENGTH) - 0.5 * SLOT)]
+    y, z = (axis.ravel() for axis in np.meshgrid(np.arange(0.0, THICKNESS, 1.0), np.arange(1.0, 40.0)))
+    stack = np.column_stack([np.full(len(y), 1.0), y, z])
+    free, lined = (slopes(p, np.ones(len(p)), LENGTH, SLOT, THICKNESS) for p in (stays, np.concatenate([stays, stack])))
+    assert lined.left_deg == pytest.approx(free.left_deg, abs=0.01)
+
+
 def test_a_layer_too_thin_for_a_slope_has_a_bound_and_no_angle():
     found = wedges(5.0, 30.0)
     assert math.isnan(found.left_deg)
     assert math.isnan(found.angle_deg)
-    assert found.bound_deg == pytest.approx(math.degrees(math.atan(6.0 / 32.0)))
+    assert found.bound_deg == pytest.approx(math.degrees(math.atan(6.0 / 28.0)))
     nothing = slopes(np.zeros((0, 3)), np.zeros(0), LENGTH, SLOT, THICKNESS)
     assert math.isnan(nothing.angle_deg)
 
