@@ -45,6 +45,8 @@ OTHERS = {
     **{f"grading.{key}": None for key in ("sieve_diameters_m", "sieve_passing")},
     "shear.stresses": None,  # see test_study: the fixed ones are too small for boxes of large grains
     "design.geometry": None,  # see the test of its own: 3000 grains of 500 um do not fit into the tube of 50 um
+    "material.shape": "tetra",
+    "material.aspect_ratio": None,  # of dimers only, see test_shapes
     "insist": None,  # no result depends on it
     "experiments": None,  # see the test of its own: soils and weights go with them
     "screening.response": None,  # a response of another experiment has no base runs in this study

@@ -32,6 +32,7 @@ from virtual_soil.campaign.experiments.registry import (
     chosen,
     with_optional,
 )
+from virtual_soil.campaign.experiments.shapes import resolved, screened_factors
 from virtual_soil.campaign.folders import check_folders
 from virtual_soil.campaign.provenance import versions
 from virtual_soil.campaign.sections import LIMITS, Study
@@ -97,7 +98,9 @@ config.update(in_words(follow_cohesion, config, SOIL_FILES))
 config["engine"] = with_gravity(config["engine"])
 config["shear"]["curve"] = in_words(laboratory_curve, config, SOIL_FILES)
 config["experiments"] = with_optional(config)
+config["shape"] = in_words(resolved, config)
 config["material"] = with_walls(config)
+config["screening"]["factors"] = screened_factors(config)
 config["design"] = in_words(normal_form, config)
 config["twins"], LEFT_OUT = fitting_twins(config)
 print(*LEFT_OUT, sep="\n", end="\n" if LEFT_OUT else "", file=sys.stderr)
@@ -155,7 +158,7 @@ COMPARED_BY = {
 }
 # Sections that say how the simulations of a later stage are made.
 SIMULATED_BY = (
-    *("experiments", "material", "grading", "design", *TESTS, "engine"),
+    *("experiments", "material", "shape", "grading", "design", *TESTS, "engine"),
     *("repose_test", "shear_test", "slope_test"),
 )
 # Least scales of the responses' errors.

@@ -62,7 +62,8 @@ class Setup(Rich):
 class Heap(Rich):
     """Results of the test: status ("static", "time_limit", "flat" or "column"), grains before the lift and at the end, counts.
 
-    Of clumps the grains are their spheres, as in `dem.Simulation.grains`; n_lost counts clumps.
+    Of clumps the grains are their spheres, as in `dem.Simulation.grains`; n_lost counts clumps, and filled_radii_m has the radii of
+    equal volume of those before the lift (None: of the spheres).
     The energies are those of `dem.experiments.soil.energy_balance`.
     """
 
@@ -75,6 +76,7 @@ class Heap(Rich):
     max_overlap_ratio: float
     energy_dissipated_j: float = math.nan
     energy_residual_ratio: float = math.nan
+    filled_radii_m: np.ndarray | None = None
 
 
 def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
@@ -219,9 +221,11 @@ def run(
         status = "column"
     else:
         status = "static" if ended else "time_limit"
+    filled = state.noted_grains("filled")
     return Heap(
         status=status,
-        filled=state.noted_grains("filled"),
+        filled=filled,
+        filled_radii_m=None if soil.shape is None else soil.wholes(filled).radii_m,
         grains=simulation.grains,
         n_lost=simulation.n_left // soil.n_spheres,
         n_steps=simulation.n_steps,

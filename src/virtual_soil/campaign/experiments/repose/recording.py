@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from virtual_soil.campaign.simulate import grain_table
+from virtual_soil.campaign.grains import grain_table
 
 
 def frame_table(frames: list, simulation: str) -> dict[str, np.ndarray]:
