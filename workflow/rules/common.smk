@@ -60,7 +60,7 @@ from virtual_soil.campaign.variables import (
     with_walls,
 )
 from virtual_soil.errors import InputError
-from virtual_soil.exports import PROGRAMS
+from virtual_soil.exports import PROGRAMS, SHAPE_FILES
 
 
 def in_words(function, *arguments):
@@ -171,6 +171,8 @@ FLOORS = {
 # The code fingerprint does not cover the templates and the card's schema, so they are input files.
 CASES = [case["case"] for case in config["optimise"]["cases"]]
 EXPORT_FILES = [name for name, _ in PROGRAMS.values()]
+# Further files of grains that are clumps.
+CLUMP_FILES = list(SHAPE_FILES) if config["shape"] else []
 EXPORT_TEMPLATES = [
     file_of_checkout(f"src/virtual_soil/exports/{name}", CHECKOUT)
     for name in (
