@@ -1,6 +1,8 @@
 """The shape of a study's grains: what it is resolved to, what it changes, and what is refused."""
 
 import math
+import re
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
@@ -22,6 +24,7 @@ from virtual_soil.campaign.sections import Study
 from virtual_soil.campaign.settings import defaults
 from virtual_soil.campaign.study import StudyError, as_printed, check_config, design_rows, simulations
 from virtual_soil.campaign.variables import with_walls
+from virtual_soil.report.sections import checks
 
 
 def study(variables=None, **material):
@@ -213,3 +216,9 @@ def test_a_strength_line_keeps_the_aspect_ratio_of_its_grains():
               "shear": 0.5 * p} for p in (100.0, 200.0, 400.0)]  # fmt: skip
     (line,) = strength_table(pd.DataFrame(tests), ("shear", "normal_stress_pa")).to_dict("records")
     assert line["aspect_ratio"] == 1.3
+
+
+def test_the_report_says_that_grains_are_clumps():
+    for shape, words in (("sphere", "Equal spheres"), ("tetra", r"rigid unions of spheres \(tetra\)")):
+        said = checks.assumptions(SimpleNamespace(config=study(shape=shape), as_printed=[]))
+        assert len([line for line in said if re.search(words, line)]) == 1
