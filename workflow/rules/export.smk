@@ -9,8 +9,7 @@ rule export:
     output:
         card=f"{RESULTS}/export/{{case}}/material.json",
         inputs=[
-            f"{RESULTS}/export/{{case}}/{name}"
-            for name in EXPORT_FILES + CLUMP_FILES
+            f"{RESULTS}/export/{{case}}/{name}" for name in EXPORT_FILES + CLUMP_FILES
         ],
     log:
         f"{LOGS}/export/{{case}}.log",
