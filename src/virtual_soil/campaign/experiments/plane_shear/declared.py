@@ -224,6 +224,5 @@ def cost(row: dict, settings: dict) -> tuple[int, float]:
     step = time_step_s(soil, engine_of(settings))
     test = plane_shear.Setup(**settings["setup"])
     consolidation = max(CONSOLIDATION_STEPS, CONSOLIDATION_TIMES * specimen.inertial_time(soil, test) / step)
-    return specimen.n_grains(soil, test) * soil.n_spheres, consolidation + test.shear_strain / plane_shear.shear_rate(
-        soil, test
-    ) / step
+    strain_s = test.shear_strain / plane_shear.shear_rate(soil, test)
+    return specimen.n_grains(soil, test) * soil.n_spheres, consolidation + strain_s / step
