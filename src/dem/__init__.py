@@ -21,12 +21,13 @@ from dem.contact.model import work_of_adhesion
 from dem.factory import BoxRegion, Factory, Sizes, TubeRegion
 from dem.html import Rich
 from dem.material import Interaction, Material
-from dem.shapes import ENDLESS_M, Box, Drive, Tube, Wall
+from dem.shapes import ENDLESS_M, Body, Box, Drive, FreeTurn, Mesh, Motion, Tube, TurnDrive, Wall
 from dem.simulation import Grains, Simulation, SimulationError
 from dem.timestep import rayleigh_time, stable_time_step
 
 __all__ = [
     "ENDLESS_M",
+    "Body",
     "Box",
     "BoxRegion",
     "CheckpointError",
@@ -34,15 +35,19 @@ __all__ = [
     "ClumpStates",
     "Drive",
     "Factory",
+    "FreeTurn",
     "Grains",
     "Interaction",
     "Material",
+    "Mesh",
+    "Motion",
     "Rich",
     "Simulation",
     "SimulationError",
     "Sizes",
     "Tube",
     "TubeRegion",
+    "TurnDrive",
     "Wall",
     "load",
     "packed",

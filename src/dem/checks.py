@@ -107,6 +107,15 @@ def blow_up_message(state: SimulationState, ratio: float, speed_limit: float) ->
     return f"blew up: grain {state.ids[k]} is at {place}, more than {FARTHEST:g} radii from the origin{fallen(state, k)}"
 
 
+def behind_message(state: SimulationState, k: int) -> str:
+    """Description of a grain, by its number in memory, that is behind the surface of a solid mesh."""
+    place = ", ".join(f"{x:.4g}" for x in state.places[k, :3])
+    return (
+        f"grain {state.ids[k]} at ({place}) m is inside a solid mesh after t = {state.time_s:.4g} s: stiffer grains, a smaller "
+        "time_step_rayleigh_ratio or a slower mesh keep it outside; where grains belong inside, set solid=False"
+    )
+
+
 def not_finite(state: SimulationState) -> str:
     """Description of the first wall or grain whose state is not finite."""
     walls = np.flatnonzero(~np.isfinite(state.bodies.velocity).all(axis=1))
