@@ -3,6 +3,7 @@
 Kernels find its nearest points in `dem.meshes.contacts`, not by a function of the record.
 """
 
+import logging
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,6 +14,9 @@ from dem.meshes import faults
 from dem.meshes.topology import is_closed, topology_of, volume, welded
 from dem.meshes.triangles import Part, part_of, signed_distances
 from dem.shapes.wall import Wall
+
+
+LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,3 +114,10 @@ def distance(mesh: Mesh, positions: np.ndarray) -> np.ndarray:
 def check_beside_grains(mesh: Mesh, radius_m: float) -> None:
     """Refuse a mesh whose size or walls make no sense beside grains of the smallest radius."""
     faults.check_beside_grains(mesh.vertices_m, mesh.triangles, bool(mesh.solid), radius_m, mesh.source)
+    corners = mesh.vertices_m[mesh.triangles]
+    topology = topology_of(mesh.vertices_m, mesh.triangles, mesh.crease_angle_deg)
+    sizes = np.array([np.ptp(corners[topology.patch == p], axis=(0, 1)).max() for p in range(topology.patch.max() + 1)])
+    extent = " x ".join(f"{length / (2.0 * radius_m):.3g}" for length in np.ptp(corners, axis=(0, 1)))
+    LOG.info("%s: %d triangles, %d patches, %s grain diameters", mesh.source, len(corners), len(sizes), extent)
+    if (sizes < 2.0 * radius_m).any():
+        LOG.warning("%s: %d patches are smaller than a grain", mesh.source, (sizes < 2.0 * radius_m).sum())
