@@ -157,11 +157,12 @@ def arrays_of(state: SimulationState) -> dict[str, np.ndarray]:
 def restored(description: dict, arrays: dict[str, np.ndarray]) -> Simulation:
     """The simulation of a description and its arrays."""
     materials = {name: Material(**values) for name, values in description["materials"].items()}
-    simulation = Simulation(materials=materials, interactions={}, **description["settings"])
+    walls = [wall_of(dict(values), w, arrays) for w, values in enumerate(description["walls"])]
+    simulation = Simulation(materials=materials, interactions={}, walls=walls, **description["settings"])
     state = simulation._state
     for name in PLAIN:
         setattr(state, name, description["state"][name])
-    state.walls = [wall_of(dict(values), w, arrays) for w, values in enumerate(description["walls"])]
+    state.walls = walls
     state.factories = [factory_of(dict(values)) for values in description["factories"]]
     for name in ("mean_wall_forces_n", "mean_wall_torques_n_m"):
         setattr(state, name, {wall: np.array(values) for wall, values in description[name].items()})
@@ -171,7 +172,6 @@ def restored(description: dict, arrays: dict[str, np.ndarray]) -> Simulation:
     tuples = {name: kind(*(arrays[f"{name}.{key}"] for key in kind._fields)) for name, kind in TUPLES.items()}
     state.bodies, state.surfaces, state.glued = tuples["bodies"], tuples["surfaces"], tuples["glued"]
     state.allocate(tuples["grains"], arrays["material"], arrays["ids"])
-    state.triangulate()
     if "poses.position" in arrays:
         simulation._ensure_compiled(turning=True)
         state.poses = Poses(*(arrays[f"poses.{key}"] for key in Poses._fields))

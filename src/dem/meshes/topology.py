@@ -7,8 +7,6 @@ creases leave connected. A corner is a vertex of several patches.
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 
 class Topology(NamedTuple):
@@ -44,6 +42,9 @@ def doubled_areas(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 def topology_of(vertices: np.ndarray, triangles: np.ndarray, crease_angle_deg: float) -> Topology:
     """Edges, creases and patches of a surface with welded vertices."""
+    from scipy.sparse import coo_matrix  # imported here: scipy takes a quarter of the start-up
+    from scipy.sparse.csgraph import connected_components
+
     normals = doubled_areas(vertices, triangles)
     normals = normals / np.linalg.norm(normals, axis=1)[:, None]
     sides = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)

@@ -15,7 +15,6 @@ from dem.meshes.topology import is_closed, topology_of, volume, welded
 from dem.meshes.triangles import Part, part_of, signed_distances
 from dem.shapes.wall import Wall
 
-
 LOG = logging.getLogger(__name__)
 
 
@@ -79,6 +78,13 @@ class Mesh(Wall):
     def turning_radius_m(self) -> float:
         """Distance of the farthest vertex from the origin of the frame."""
         return float(np.linalg.norm(self.vertices_m, axis=1).max())
+
+    def extent(self, axis: int, turns: bool) -> tuple[float, float]:
+        """Lowest and highest place along an axis of space from the origin in m; turns: whatever the orientation."""
+        if turns:
+            return -self.turning_radius_m, self.turning_radius_m
+        along = (self.corners_m - self.position_m)[..., axis]
+        return float(along.min()), float(along.max())
 
     @property
     def corners_m(self) -> np.ndarray:

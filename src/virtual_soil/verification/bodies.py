@@ -9,6 +9,7 @@ A free body of moments 1, 2, 3 turns about its middle axis with the e-folding ra
 """
 
 import math
+from typing import cast
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -151,7 +152,7 @@ def same_floor() -> list[Check]:
         found.append(check(f"level floor of {name}", "numbers that differ from those on a box", "-", SAME, 0, differs.sum()))
     turn, shift = Rotation.from_quat([0.8, 0.3, -0.2, 0.4], scalar_first=True), np.array([0.013, -0.007, 0.021])
     rotation, quaternion = turn.as_matrix(), turn.as_quat(scalar_first=True)
-    mesh = shapes.placed(floors()["irregular triangles"], [*shift, 0.0, 0.0, 0.0, 0.0])
+    mesh = floors()["irregular triangles"]
     turned = body(
         dem.Mesh(vertices_m=mesh.vertices_m, triangles=mesh.triangles, position_m=tuple(shift), orientation=tuple(quaternion))
     )
@@ -417,17 +418,17 @@ def free_body() -> list[Check]:
     shape = solids.box((0.02, 0.01, 0.005), position_m=(0.0, 0.0, 0.1))
     free = dem.FreeTurn(moments_kg_m2=tuple(moments))
     simulation = on([body(shape, "top", angular_velocity_rad_s=(tilt * rate, rate, 0.0), turn=free)])
-    growth, times, energies, momenta = [], [], [], []
+    growth, times, energy, momentum = [], [], [], []
     for _ in range(60):
         simulation.run(0.01)
-        top = simulation.wall("top")
+        top = cast(dem.Mesh, simulation.wall("top"))
         turn = Rotation.from_quat(top.orientation, scalar_first=True).as_matrix()
         spin = turn.T @ top.angular_velocity_rad_s
         growth.append(math.hypot(spin[0], math.sqrt(3.0) * spin[2]) / rate)
         times.append(simulation.time_s)
-        energies.append(0.5 * spin @ (moments * spin))
-        momenta.append(turn @ (moments * spin))
-    energies, momenta = np.array(energies), np.array(momenta)
+        energy.append(0.5 * spin @ (moments * spin))
+        momentum.append(turn @ (moments * spin))
+    energies, momenta = np.array(energy), np.array(momentum)
     small = np.array(growth) < 0.05
     late = small & (np.array(times) > 0.15)
     slope = np.polyfit(np.array(times)[late], np.log(np.array(growth)[late]), 1)[0] / rate
