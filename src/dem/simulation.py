@@ -44,9 +44,6 @@ __all__ = ["Grains", "Simulation", "SimulationError"]
 #: Number of grains from which on (the first-level cache is full) they are sorted in space, and steps from one sort to the next.
 SORT_FROM, SORT_STEPS = 1000, 5000
 
-#: What the energy ledger refuses.
-NOT_BOOKED = "False with meshes and walls that turn, which it does not book"
-
 #: The acceleration in `is_static` without gravity, the default of `gravity_m_s2`.
 SCALE_WITHOUT_GRAVITY_M_S2 = 9.81
 
@@ -171,6 +168,9 @@ class Simulation:
     def _ensure_compiled(self, clumps: bool = False, turning: bool = False) -> None:
         """Have the kernels for these settings compiled, with what there is already and what is to come."""
         settings = self._settings
+        turning = turning or self._state.poses is not None
+        allowed = "False with meshes and walls that turn, which it does not book"
+        require(not turning or self._state.entries is None, "energy_ledger", True, allowed)
         compiled.ensure(
             settings["precision"],
             settings["threads"] > 1,
@@ -180,7 +180,7 @@ class Simulation:
             vector_code=settings["vector_code"],
             periodic=bool((self._state.period > 0).any()),
             clumps=clumps or self._state.clumps is not None,
-            turning=turning or self._state.poses is not None,
+            turning=turning,
         )
 
     def set_interaction(self, a: str, b: str, interaction: Interaction) -> None:
@@ -208,7 +208,6 @@ class Simulation:
         require(wall.material in self.materials, f"material of wall {wall.name!r}", wall.material, f"one of {list(self.materials)}")
         require(wall.name not in self.wall_names, "wall name", repr(wall.name), "a name that no other wall has")
         if may_turn(wall):
-            require(self._state.entries is None, "energy_ledger", True, NOT_BOOKED)
             self._ensure_compiled(turning=True)
         if isinstance(wall, Mesh):
             check_beside_grains(wall, self.smallest_radius_m)
@@ -248,7 +247,6 @@ class Simulation:
         """Give a wall a new prescribed rate of turn; one that is driven keeps its drive."""
         w = self._wall_index(name)
         wall = replace(self.wall(name), angular_velocity_rad_s=angular_velocity_rad_s)
-        require(self._state.entries is None, "energy_ledger", True, NOT_BOOKED)
         self._ensure_compiled(turning=True)
         self._state.replace_walls([wall if k == w else self._state.wall(k) for k in range(len(self.wall_names))])
 

@@ -1,7 +1,8 @@
 """Shapes of walls: the only list of them, and the functions that choose among them.
 
-A shape is a module with SHAPE (its dataclass), `record`, `placed`, `distance` and the kernels `separation` and `separate`. To add
-one, write the module and enter it in SHAPES, KINDS and the two kernels below. A mesh's kernels are in `dem.meshes.contacts`.
+A shape is a module with SHAPE (its dataclass, with a `centre` if it may turn), `record`, `placed`, `distance` and the kernels
+`separation` and `separate`. To add one, write the module and enter it in SHAPES, KINDS and the two kernels below. The kernels of
+meshes are in `dem.meshes.contacts`.
 """
 
 import numpy as np
