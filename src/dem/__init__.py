@@ -21,7 +21,7 @@ from dem.contact.model import work_of_adhesion
 from dem.factory import BoxRegion, Factory, Sizes, TubeRegion
 from dem.html import Rich
 from dem.material import Interaction, Material
-from dem.meshes.files import read_mesh
+from dem.meshes.files import read_mesh, write_mesh
 from dem.shapes import ENDLESS_M, Body, Box, Drive, FreeTurn, Mesh, Motion, Tube, TurnDrive, Wall
 from dem.simulation import Grains, Simulation, SimulationError
 from dem.timestep import rayleigh_time, stable_time_step
@@ -58,4 +58,5 @@ __all__ = [
     "stable_time_step",
     "unpacked",
     "work_of_adhesion",
+    "write_mesh",
 ]

@@ -151,6 +151,33 @@ def test_a_grain_keeps_its_spring_when_another_mesh_is_removed():
     assert abs(force[0]) < 1e-3 * abs(force[2])
 
 
+def spring(simulation):
+    """Elongations in m of the tangential springs of the only grain, of all patches that it is near."""
+    outer = simulation._state.lists.surfaces.outer
+    return np.linalg.norm(outer.history[outer.row[0, 0] : outer.row[0, 1], :3], axis=1)
+
+
+def test_the_spring_goes_with_a_grain_over_a_crease():
+    """A sphere rolls from a slope of 25 degrees over a ridge to one of 65: friction pulls at it all the time."""
+    down = [np.array([np.cos(angle), 0.0, -np.sin(angle)]) for angle in np.radians([25.0, 65.0])]
+    side = np.array([0.0, 0.01, 0.0])
+    vertices = np.array([-0.02 * down[0] - side, -0.02 * down[0] + side, -side, side, 0.02 * down[1] - side, 0.02 * down[1] + side])
+    roof = dem.Mesh(vertices_m=vertices, triangles=np.array([(0, 2, 3), (0, 3, 1), (2, 4, 5), (2, 5, 3)]), source="roof")
+    simulation = scene([body(roof, "roof")], friction=0.9, rolling_friction=0.0)
+    simulation.add_grains(-2e-4 * down[0] + 0.9995e-3 * np.array([-down[0][2], 0.0, down[0][0]]), RADIUS_M, "soil")
+    simulation.advance(300)
+    lengths, patches = [], set()
+    while simulation.grains.positions_m[0, 0] < 0.6e-3:
+        simulation.advance(1)
+        found = spring(simulation)
+        assert (found > 0.0).sum() == 1
+        outer = simulation._state.lists.surfaces.outer
+        patches.add(int(outer.partner[outer.row[0, 0] + found.argmax()]))
+        lengths.append(found.max())
+    assert len(patches) == 2
+    assert np.min(np.array(lengths[1:]) / lengths[:-1]) > 0.8
+
+
 def test_a_wall_begins_to_turn_under_grains():
     table = dem.Box(name="table", material="soil", low_m=(-1.0, -np.inf, 0.0), high_m=(1.0, np.inf, 0.0))
     simulation = scene([table], rolling_friction=0.0)

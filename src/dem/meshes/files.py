@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from dem.material import require
+from dem.meshes.topology import welded
 from dem.shapes.mesh import Mesh
 
 #: Unit of a file's coordinates -> metres.
@@ -53,6 +54,16 @@ def content_of(path: Path) -> tuple[np.ndarray, np.ndarray]:
     except Exception as error:  # its readers raise many types for a damaged file
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise ValueError(f"{path.name} is no readable mesh ({reason}).") from error
+
+
+def write_mesh(mesh: Mesh, path: str | Path) -> None:
+    """Write a mesh where it is now, in metres, as STL, OBJ or PLY; ParaView opens numbered files as a series."""
+    import trimesh  # see `content_of`
+
+    require(Path(path).suffix.lower() in SURFACES, "mesh file", path, f"a name that ends in one of {list(SURFACES)}")
+    corners = mesh.corners_m.reshape(-1, 3)
+    vertices, triangles = welded(corners, np.arange(len(corners)).reshape(-1, 3))
+    trimesh.Trimesh(vertices, triangles, process=False).export(path)
 
 
 def joined(vertices: np.ndarray) -> np.ndarray:

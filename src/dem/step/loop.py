@@ -206,6 +206,7 @@ def follow(run, pace, n_steps):
         pace[TRAVEL] += speed * dt
         pace[BODY_TRAVEL] += body_speed * dt
         run.lists.age[1] += body_speed * dt
+        run.lists.age[2] += speed * dt
         pace[SPEED], pace[BODY_SPEED] = speed, body_speed
 
 
@@ -235,13 +236,18 @@ def refresh_lists(run, pace, skin):
     pace[CUTOFF], pace[SURFACE_CUTOFF] = cutoffs(pace[SPEED] * dt, pace[BODY_SPEED] * dt, skin)
     n_rebuilds = 0
     save_all(lists, run.scratch.threads)
-    if are_old(age, pace, skin) and age[0] < STALE:
+    rigid = run.scene.rigid
+    if are_old(rigid, age, pace, skin) and age[0] < STALE:
         age[0] = largest_displacement(run.state.grains, lists.origin)  # the bound adds up the fastest grain of every step
-    if are_old(age, pace, skin):
+    if are_old(rigid, age, pace, skin):
         reason = rebuild(run, skin)
         if reason != FINISHED:
             return reason, n_rebuilds
         n_rebuilds = 1
+    elif surfaces_are_old(rigid, age, pace, skin):
+        reason = rebuild_surfaces(run, skin)
+        if reason != FINISHED:
+            return reason, n_rebuilds
     if not schedule.prune(run.state, lists.pairs, pace[CUTOFF] + model.reach_m, model, run.scratch.threads):
         clear(lists.pairs.contacts.count)
         return CONTACTS_FULL, n_rebuilds
@@ -259,10 +265,25 @@ def reason_of(rigid, listed):
         return TRIANGLES_FULL if listed == TOO_MANY else BEHIND if listed == GRAIN_BEHIND else FINISHED
 
 
-@lean_jit
-def are_old(age, pace, skin):
-    """True if the outer lists could miss a pair, or a grain at a surface, within the cutoff of the inner lists."""
-    return 2.0 * age[0] + pace[CUTOFF] > skin or age[0] + age[1] + pace[SURFACE_CUTOFF] > skin
+@inline_jit
+def are_old(rigid, age, pace, skin):
+    """True if the outer lists could miss a pair, or a grain at a surface, within the cutoff of the inner lists.
+
+    rigid : None, or `dem.poses.Rigid`; then surfaces have an age of their own.
+    """
+    if rigid is None:
+        return 2.0 * age[0] + pace[CUTOFF] > skin or age[0] + age[1] + pace[SURFACE_CUTOFF] > skin
+    else:  # noqa: RET505  # numba prunes the branch of a missing type only in this form
+        return 2.0 * age[0] + pace[CUTOFF] > skin
+
+
+@inline_jit
+def surfaces_are_old(rigid, age, pace, skin):
+    """True if the outer list of surfaces must be rebuilt alone: a turning rim moves farther than the grains of a bed at rest."""
+    if rigid is None:
+        return False
+    else:  # noqa: RET505  # see `are_old`
+        return age[1] + age[2] + pace[SURFACE_CUTOFF] > skin
 
 
 @jit
@@ -296,6 +317,21 @@ def rebuild(run, skin):
     copy_list(surfaces.spare, surfaces.outer)
     cut_contacts(pairs.outer, n_pairs, pairs.contacts.begin)
     start_anew(grains, run.lists)
+    return FINISHED
+
+
+@lean_jit
+def rebuild_surfaces(run, skin):
+    """As `rebuild`, of the outer list of surfaces alone."""
+    grains, scene, surfaces, age = run.state.grains, run.scene, run.lists.surfaces, run.lists.age
+    if not is_sound(grains):
+        return BLEW_UP
+    cutoff, images = skin + run.model.reach_m, run.model.access.images
+    if find_surface_pairs(grains, scene.surfaces, scene.rigid, images, cutoff, surfaces.spare) < 0:
+        return SURFACE_PAIRS_FULL
+    carry_history(surfaces.outer, surfaces.spare, False)
+    copy_list(surfaces.spare, surfaces.outer)
+    age[1], age[2] = 0.0, 0.0
     return FINISHED
 
 
