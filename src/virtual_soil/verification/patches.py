@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 import dem
 from dem import solids
 from virtual_soil.verification import closed_forms
+from virtual_soil.verification.bodies_scene import GROUP
 from virtual_soil.verification.check import Check
 from virtual_soil.verification.rest import RADIUS_M, TIME_STEP_S
 from virtual_soil.verification.scene import SOFT, mass_kg, scene
@@ -203,7 +204,7 @@ def checks() -> list[Check]:
         note = f"{counts[1]} with one contact, {counts[2]} with two"
         found.append(
             Check(
-                group="Bodies", case=f"{len(centres)} spheres at a {name}", unit="-", source="brute force", expected=0,
+                group=GROUP, case=f"{len(centres)} spheres at a {name}", unit="-", source="brute force", expected=0,
                 quantity="spheres whose force differs by more than 1e-9", obtained=float((error > 1e-9).sum()), note=note,
             )
         )  # fmt: skip
