@@ -178,6 +178,19 @@ def test_the_spring_goes_with_a_grain_over_a_crease():
     assert np.min(np.array(lengths[1:]) / lengths[:-1]) > 0.8
 
 
+def test_a_list_of_triangles_that_is_too_short_grows():
+    ends = []
+    for capacity in (1, 4096):
+        simulation = scene([body(solids.cylinder(0.02, 0.01, 40, position_m=(0.0, 0.0, -0.005)))])
+        simulation.add_grains([(0.003 * k, 0.0, 0.9999e-3) for k in range(-3, 4)], RADIUS_M, "soil", (0.1, 0.0, 0.0))
+        simulation._runner.n_triangles = capacity
+        simulation.advance(50)
+        assert simulation._runner.n_triangles >= 14
+        ends.append(simulation.grains.positions_m)
+    assert (ends[0] == ends[1]).all()
+    assert np.ptp(ends[0][:, 0]) > 0.0
+
+
 def test_a_wall_begins_to_turn_under_grains():
     table = dem.Box(name="table", material="soil", low_m=(-1.0, -np.inf, 0.0), high_m=(1.0, np.inf, 0.0))
     simulation = scene([table], rolling_friction=0.0)
