@@ -19,7 +19,7 @@ JITTER_RATIO = 0.1
 DISTRIBUTIONS = ("normal", "log_normal")
 #: Both are cut off at this number of standard deviations, of the radius or of its logarithm.
 CUT_OFF = 2.0
-#: Largest over smallest radius of the classes: the neighbour search follows the largest grain.
+#: Largest over smallest radius of the classes: the number of grains goes with its cube.
 WIDEST_RATIO = 10.0
 
 

@@ -4,7 +4,7 @@ Frame and signs: z up; overlap positive when grains touch; forces on walls are t
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -37,7 +37,7 @@ from dem.runner import Runner
 from dem.shapes import Body, Mesh, Wall, may_turn
 from dem.shapes.mesh import check_beside_grains
 from dem.state import SimulationState
-from dem.timestep import stable_time_step
+from dem.timestep import largest_time_step, stable_time_step
 
 __all__ = ["Grains", "Simulation", "SimulationError"]
 
@@ -64,6 +64,17 @@ class Grains(Rich):
         return f"Grains({len(self)} grains)"
 
 
+def smallest_radii(given: float | Mapping[str, float], materials: Mapping[str, Material]) -> dict[str, float]:
+    """Material -> smallest radius of its grains in m, from one radius for all or from such a mapping."""
+    radii = dict(given) if isinstance(given, Mapping) else dict.fromkeys(materials, given)
+    require(
+        bool(radii) and set(radii) <= set(materials), "smallest_radius_m", radii, f"a radius, or one for some of {list(materials)}"
+    )
+    for name, radius in radii.items():
+        require(0 < radius < math.inf, f"smallest_radius_m of {name!r}", radius, "a positive number")
+    return radii
+
+
 class Simulation:
     """Spheres, clumps of spheres and walls under gravity.
 
@@ -75,7 +86,9 @@ class Simulation:
     gravity_m_s2 : acceleration vector.
     period_m : period along x, y, z; 0 where not periodic.
     time_step_rayleigh_ratio : time step over the smallest grain's Rayleigh time.
-    smallest_radius_m : radius that sets the time step (every factory's grains must be at least as large).
+    time_step_s : time step in its place; refused where it is too long for a pair of materials that can meet.
+    smallest_radius_m : smallest radius of any grain, which sets the time step; or material -> smallest radius of its grains. Of
+        other materials there are walls only, which do not shorten the step however stiff they are.
     rolling_model : "type_a" (EDEM's) or "type_c" (elastic-plastic), see `dem.contact.laws`.
     damping_model : "edem" (at separation the dashpot pulls) or "no_pull", see `dem.contact.laws.hertz`; both rebound with e.
     adhesion : "none", "constant" (pull-off force, `dem.contact.laws.pull_off`), "jkr" or "capillary" (`dem.contact.laws`); by
@@ -92,11 +105,12 @@ class Simulation:
         *,
         materials: dict[str, Material],
         interactions: dict[tuple[str, str], Interaction],
-        smallest_radius_m: float,
+        smallest_radius_m: float | Mapping[str, float],
         walls: Sequence[Wall | Body] = (),
         gravity_m_s2: tuple[float, float, float] = (0.0, 0.0, -9.81),
         period_m: tuple[float, float, float] = (0.0, 0.0, 0.0),
         time_step_rayleigh_ratio: float = 0.2,
+        time_step_s: float | None = None,
         rolling_model: str = "type_a",
         damping_model: str = "edem",
         adhesion: str | None = None,
@@ -112,7 +126,7 @@ class Simulation:
             adhesion = "constant" if any(pair.work_of_adhesion_j_m2 for pair in interactions.values()) else "none"
         require(adhesion in NORMAL, "adhesion", repr(adhesion), f"one of {list(NORMAL)}")
         require(precision in ("float32", "float64"), "precision", repr(precision), "float32 or float64")
-        require(0 < smallest_radius_m < math.inf, "smallest_radius_m", smallest_radius_m, "a positive number")
+        smallest = smallest_radii(smallest_radius_m, materials)
         require_vector(gravity_m_s2, 3, "gravity_m_s2")
         require_vector(period_m, 3, "period_m")
         period = np.asarray(period_m, float)
@@ -120,10 +134,11 @@ class Simulation:
         require(floor_m < math.inf, "floor_m", floor_m, "a height, or -inf")
         require(1 <= threads <= MAX_THREADS, "threads", threads, f"1 to {MAX_THREADS}")
         self._settings: dict[str, Any] = {
-            "smallest_radius_m": smallest_radius_m,
+            "smallest_radius_m": smallest,
             "gravity_m_s2": list(gravity_m_s2),
             "period_m": list(period_m),
             "time_step_rayleigh_ratio": time_step_rayleigh_ratio,
+            "time_step_s": time_step_s,
             "rolling_model": rolling_model,
             "damping_model": damping_model,
             "adhesion": adhesion,
@@ -134,10 +149,10 @@ class Simulation:
             "energy_ledger": energy_ledger,
         }
         self.materials = dict(materials)
-        self.smallest_radius_m, self.gravity_m_s2 = smallest_radius_m, tuple(gravity_m_s2)
-        self.time_step_s = min(
-            stable_time_step(smallest_radius_m, material, time_step_rayleigh_ratio) for material in materials.values()
-        )
+        self.smallest_radii_m, self.gravity_m_s2 = smallest, tuple(gravity_m_s2)
+        steps = [stable_time_step(radius, materials[name], time_step_rayleigh_ratio) for name, radius in smallest.items()]
+        self.time_step_s = min(steps) if time_step_s is None else time_step_s
+        require(0 < self.time_step_s < math.inf, "time_step_s", time_step_s, "a positive number")
         self._floor = floor_m
         self._contact_model = ContactModel(rolling_model, damping_model, adhesion)
         self._state = SimulationState(
@@ -152,7 +167,7 @@ class Simulation:
             self._state,
             self._contact_model,
             time_step_s=self.time_step_s,
-            smallest_radius_m=smallest_radius_m,
+            smallest_radius_m=min(smallest.values()),
             vector_code=vector_code,
             threads=threads,
         )
@@ -192,9 +207,20 @@ class Simulation:
         for name in ("work_of_adhesion_j_m2", "bridge_volume_ratio"):
             value = getattr(interaction, name)
             require(value == 0 or name in NORMAL[self.adhesion].PROPERTIES, f"{name} of {a!r} with {b!r}", value, needed)
+        self._check_step(a, b)
         i, j = index[a], index[b]
         row = self._contact_model.row(self.materials[a], self.materials[b], interaction)
         self._state.pair_table[[i * len(index) + j, j * len(index) + i]] = row
+
+    def _check_step(self, a: str, b: str) -> None:
+        """Refuse a time step in seconds that is too long for contacts of two materials."""
+        if self._settings["time_step_s"] is None or not {a, b} & set(self.smallest_radii_m):
+            return
+        bodies = [(self.materials[name], self.smallest_radii_m.get(name, math.inf)) for name in (a, b)]
+        against_walls = [(body, (self.materials[name], math.inf)) for body, name in zip(bodies, (b, a), strict=True)]
+        most = min(largest_time_step(*pair) for pair in (bodies, *against_walls))
+        allowed = f"at most {most:.3g} for {a!r} on {b!r}"
+        require(self.time_step_s <= most, "time_step_s", self.time_step_s, allowed)
 
     def add_wall(self, wall: Wall | Body) -> None:
         """Add a wall or a body, which are the same; its name must be new and its material known.
@@ -210,7 +236,7 @@ class Simulation:
         if may_turn(wall):
             self._ensure_compiled(turning=True)
         if isinstance(wall, Mesh):
-            check_beside_grains(wall, self.smallest_radius_m)
+            check_beside_grains(wall, min(self.smallest_radii_m.values()))
             check_surroundings([wall], -math.inf, self._state.places[:, :3], self._state.places[:, RADIUS])
         self._state.add_wall(wall)
 
@@ -252,15 +278,16 @@ class Simulation:
 
     def add_factory(self, factory: Factory) -> None:
         """Have a factory make its grains when the clock reaches its time."""
-        require(factory.material in self.materials, "material of a factory", factory.material, f"one of {list(self.materials)}")
-        require(
-            factory.smallest_m >= self.smallest_radius_m * (1 - 1e-12),
-            "smallest radius of a factory",
-            factory.smallest_m,
-            f"at least smallest_radius_m = {self.smallest_radius_m}, which sets the time step",
-        )
+        self._check_radius("a factory", factory.material, factory.smallest_m)
         self._state.factories.append(factory)
         self._run_factories()
+
+    def _check_radius(self, of: str, material: str, smallest_m: float) -> None:
+        """Refuse grains of a material that has none, or that are smaller than those that set the time step."""
+        least = self.smallest_radii_m
+        require(material in least, f"material of {of}", repr(material), f"one of {list(least)}")
+        allowed = f"at least smallest_radius_m = {least.get(material)}, which sets the time step"
+        require(smallest_m >= least[material] * (1 - 1e-12), f"smallest radius of {of}", smallest_m, allowed)
 
     def _run_factories(self) -> None:
         due = [factory for factory in self._state.factories if factory.time_s <= self.time_s]
@@ -357,10 +384,7 @@ class Simulation:
         named = {"positions_m": positions, "radii_m": radii, "velocities_m_s": velocities, "angular_velocities_rad_s": spins}
         for name, values in named.items():
             require(bool(np.isfinite(values).all()), name, "not finite", "finite numbers")
-        if n:
-            least = self.smallest_radius_m * (1 - 1e-12)
-            require(radii.min() >= least, "smallest radius", radii.min(), f"at least smallest_radius_m = {self.smallest_radius_m}")
-        require(material in self.materials, "material of grains", repr(material), f"one of {list(self.materials)}")
+        self._check_radius("grains", material, radii.min(initial=math.inf))
         if not apart:
             check_overlaps(self._state, positions, radii, np.full(n, -1) if clumps is None else clumps.owner)
         check_surroundings([self.wall(name) for name in self.wall_names], self._floor, positions, radii)

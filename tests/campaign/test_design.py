@@ -9,6 +9,7 @@ import yaml
 from virtual_soil.calibration.errors import CalibrationError
 from virtual_soil.calibration.points import point_at
 from virtual_soil.campaign.design import decisive, expand, further
+from virtual_soil.campaign.experiments.shear.declared import STRESSES_PA
 
 CONFIG = yaml.safe_load((Path(__file__).parents[2] / "config" / "config.yaml").read_text()) | {"experiments": ["repose", "shear"]}
 
@@ -160,7 +161,7 @@ def test_every_round_of_further_seeds_doubles_their_number_where_something_is_un
     assert second["seed"].tolist() == [2101, 2102, 3101, 3102]
     both = decisive(CONFIG, {"a": (optimum, ["repose"]), "b": (optimum, ["repose", "shear"])}, seeds, 1)
     assert not both.duplicated(["simulation_id", "point_id"]).any()
-    assert both["experiment"].value_counts().to_dict() == {"repose": 2, "shear": len(CONFIG["shear"]["normal_stresses_pa"])}
+    assert both["experiment"].value_counts().to_dict() == {"repose": 2, "shear": len(STRESSES_PA)}
 
 
 def test_further_seeds_that_a_fit_has_used_are_refused():

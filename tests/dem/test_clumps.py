@@ -289,7 +289,7 @@ def test_a_seed_draws_orientations_and_any_length_of_a_quaternion_will_do():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"equivalent_radii_m": 0.8e-3}, "smallest radius is .*; allowed: at least smallest_radius_m"),
+        ({"equivalent_radii_m": 0.8e-3}, "smallest radius of grains is .*; allowed: at least smallest_radius_m"),
         ({"equivalent_radii_m": 0.0}, "equivalent_radii_m is .*; allowed: positive"),
         ({"positions_m": [(0, 0, np.nan)]}, "positions_m is not finite"),
         ({"positions_m": [(0, 0, 0.5e-3)]}, "in wall 'floor'"),

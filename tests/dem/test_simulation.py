@@ -85,14 +85,18 @@ def find_pairs(positions, radii, period, skin, capacity):
 @given(
     seed=st.integers(0, 2**32 - 1),
     n=st.integers(2, 250),
-    largest_ratio=st.floats(1.0, 4.0),
+    largest_ratio=st.floats(1.0, 30.0),
+    power=st.floats(1.0, 20.0),
     skin_ratio=st.floats(0.01, 1.0),
     width_ratios=st.tuples(*[st.one_of(st.just(0.0), st.floats(1.01, 4.0))] * 3),
 )
-def test_the_cell_list_finds_exactly_the_pairs_that_all_pairs_finds(seed, n, largest_ratio, skin_ratio, width_ratios):
-    """Random clouds: numbers, sizes, skins, and periods from just over the smallest that is allowed (0: not periodic)."""
+def test_the_cell_list_finds_exactly_the_pairs_that_all_pairs_finds(seed, n, largest_ratio, power, skin_ratio, width_ratios):
+    """Random clouds: numbers, sizes, skins, and periods from just over the smallest that is allowed (0: not periodic).
+
+    power : the higher, the fewer large grains among small ones.
+    """
     rng = np.random.default_rng(seed)
-    radii = 1e-3 * rng.uniform(1.0, largest_ratio, n)
+    radii = 1e-3 * (1.0 + (largest_ratio - 1.0) * rng.uniform(0.0, 1.0, n) ** power)
     skin = skin_ratio * 1e-3
     period = np.array(width_ratios) * 2.0 * (2.0 * radii.max() + skin)
     positions = rng.uniform(-9e-3, 9e-3, (n, 3))
@@ -107,15 +111,24 @@ def test_a_pair_list_without_room_says_so():
     assert find_pairs(np.zeros((20, 3)), np.ones(20), (0, 0, 0), 0.1, capacity=5)[0] == -1
 
 
+@pytest.mark.parametrize("largest", [1.0, 8.0])
 @pytest.mark.parametrize("n", [20_000, 100_000])
 @pytest.mark.parametrize("period_x", [0.0, 100.0])
-def test_slabs_of_the_same_parity_share_no_grain(period_x, n):
-    """With few grains, slabs of several layers; with many, most slabs are one layer."""
+def test_slabs_of_the_same_parity_share_no_grain(period_x, n, largest):
+    """With few grains, slabs of several layers; with many, most are one layer, or as many as the largest grains reach over."""
     positions = np.random.default_rng(1).uniform(0, 1, (n, 3)) * (100.0, 60.0, 60.0)
-    m, row, partner, order, slab = find_pairs(positions, np.full(n, 1.0), (period_x, 0.0, 0.0), 0.2, 40 * n)
+    radii = np.full(n, 1.0)
+    radii[:: n // 40] = largest
+    m, row, partner, order, slab = find_pairs(positions, radii, (period_x, 0.0, 0.0), 0.2, 60 * n)
     assert m > n
     used = np.flatnonzero(np.diff(slab))
-    assert len(used) >= 8
+    assert len(used) >= (8 if largest == 1.0 else 4)
+    of = np.empty(n, int)
+    for s in used:
+        of[order[slab[s] : slab[s + 1]]] = s
+    owner = np.repeat(np.arange(n), row[:, 1] - row[:, 0])
+    listed = np.concatenate([partner[begin:end] for begin, end in row])
+    assert set((of[listed] - of[owner]) % len(used)) == {0, 1}  # its own grains, and those of the next
     touched = []
     for s in range(slabs.SLABS):
         owners = [i for i in order[slab[s] : slab[s + 1]].tolist() if row[i, 1] > row[i, 0]]
@@ -400,6 +413,34 @@ def test_glued_grains_alone_are_static():
     assert simulation.is_static()
 
 
+STEEL = dem.Material(density_kg_m3=7800, poisson_ratio=0.3, shear_modulus_pa=8e10)
+
+
+def soil_and_steel(radii, **options):
+    pairs = {("soil", "soil"): ROUGH, ("soil", "steel"): ROUGH, ("steel", "steel"): ROUGH}
+    return dem.Simulation(materials={"soil": MATERIAL, "steel": STEEL}, interactions=pairs, smallest_radius_m=radii, **options)
+
+
+def test_stiff_walls_do_not_shorten_the_step_of_soft_grains():
+    simulation = soil_and_steel({"soil": RADIUS_M})
+    assert simulation.time_step_s == make().time_step_s
+    assert soil_and_steel(RADIUS_M).time_step_s < 0.1 * simulation.time_step_s
+    with pytest.raises(ValueError, match="material of grains is 'steel'; allowed: one of \\['soil'\\]"):
+        simulation.add_grains([(0, 0, 0)], RADIUS_M, "steel")
+    balls = soil_and_steel({"soil": RADIUS_M, "steel": 20 * RADIUS_M})
+    assert balls.time_step_s == pytest.approx(0.2 * dem.rayleigh_time(20 * RADIUS_M, STEEL))
+
+
+def test_a_step_in_seconds_is_checked_against_all_pairs_that_can_meet():
+    """Beside two like grains, E* of a soft grain on a hard body is twice theirs, sqrt(R*) is sqrt(2) and m* is 2 times theirs."""
+    rayleigh = dem.rayleigh_time(RADIUS_M, MATERIAL)
+    for radii in ({"soil": RADIUS_M}, {"soil": RADIUS_M, "steel": 1e3 * RADIUS_M}):
+        limit = 0.5 * rayleigh * 2.0**-0.25
+        assert soil_and_steel(radii, time_step_s=0.99 * limit).time_step_s == 0.99 * limit
+        with pytest.raises(ValueError, match="time_step_s is .*; allowed: at most .* for 'soil' on 'steel'"):
+            soil_and_steel(radii, time_step_s=1.01 * limit)
+
+
 @pytest.mark.parametrize(
     ("make_it", "message"),
     [
@@ -410,9 +451,16 @@ def test_glued_grains_alone_are_static():
         (lambda: dem.Interaction(restitution=1, static_friction=-0.1, rolling_friction=0), "static_friction is -0.1; allowed"),
         (lambda: dem.Sizes(mean_m=1e-3, sd_ratio=0.6), "radius_sd_ratio is 0.6; allowed"),
         (lambda: make(time_step_rayleigh_ratio=0.9), "time step over Rayleigh time is 0.9; allowed"),
+        (
+            lambda: make(smallest_radius_m={"mud": 1e-3}),
+            "smallest_radius_m is {'mud': 0.001}; allowed: a radius, or one for some of",
+        ),
+        (lambda: make(smallest_radius_m={"soil": 0.0}), "smallest_radius_m of 'soil' is 0.0; allowed: a positive number"),
+        (lambda: make(time_step_s=-1e-6), "time_step_s is -1e-06; allowed: a positive number"),
+        (lambda: make(time_step_s=1e-3), "time_step_s is 0.001; allowed: at most"),
         (lambda: make(rolling_model="b"), "rolling_model is 'b'; allowed: one of ['type_a', 'type_c']"),
         (lambda: make().add_grains([(0, 0, np.nan)], RADIUS_M, "soil"), "positions_m is not finite"),
-        (lambda: make().add_grains([(0, 0, 0)], 0.5 * RADIUS_M, "soil"), "smallest radius is 0.0005; allowed"),
+        (lambda: make().add_grains([(0, 0, 0)], 0.5 * RADIUS_M, "soil"), "smallest radius of grains is 0.0005; allowed"),
         (lambda: make().add_grains([(0, 0, 0)], RADIUS_M, "mud"), "material of grains is 'mud'; allowed"),
         (lambda: make([floor(), floor()]), "wall name is 'floor'; allowed"),
         (lambda: make().move_wall("lid", (0, 0, 0)), "wall is 'lid'; allowed"),

@@ -46,11 +46,20 @@ def grid_shape(grains, period, cell):
 
 @strict_jit
 def cell_size(grains, skin):
-    """Edge of a cell in m: cutoff distance of the largest pair, or more where the grains are spread very far."""
+    """Edge of a cell in m: cutoff distance of the largest pair of the common grains, or more where grains are spread very far.
+
+    Common are all grains unless at least half of them have no more than half of the largest radius, and so on: a few large grains
+    would put hundreds of small ones into each cell. Larger grains reach over several cells (`cells_of`).
+    """
     n = grains.place.shape[0] // PLACE
-    largest = 0.0
-    for i in range(n):
-        largest = max(largest, grains.place[PLACE * i + RADIUS])
+    largest = largest_radius(grains)
+    smaller = n
+    while 2 * smaller >= n > 0:
+        smaller = 0
+        for i in range(n):
+            smaller += int(grains.place[PLACE * i + RADIUS] <= 0.5 * largest)
+        if 2 * smaller >= n:
+            largest *= 0.5
     cell = 2.0 * largest + skin
     for a in range(3):
         least, most = grains.place[a], grains.place[a]
@@ -59,6 +68,21 @@ def cell_size(grains, skin):
             most = max(most, grains.place[PLACE * i + a])
         cell = max(cell, (most - least) / MAX_CELLS)
     return cell
+
+
+@strict_jit
+def largest_radius(grains):
+    """Radius of the largest grain in m; 0 without grains."""
+    largest = 0.0
+    for i in range(grains.place.shape[0] // PLACE):
+        largest = max(largest, grains.place[PLACE * i + RADIUS])
+    return largest
+
+
+@lean_jit
+def cells_of(radius, skin, cell):
+    """Number of cells over which a grain reaches grains no larger than itself."""
+    return max(1, int(math.ceil((2.0 * radius + skin) / cell)))
 
 
 @strict_jit

@@ -13,8 +13,19 @@ import numpy as np
 from dem.jit import jit, lean_jit, strict_inline_jit, strict_jit
 from dem.layout import BLOCK, INVERSE_MASS, MOTION, PLACE, RADIUS, Period, U, Y, Z
 from dem.lists.blocks import finish_block, interleave, load_pair, raw_blocks
-from dem.lists.grid import cell_index, cell_size, frequencies, nearest, nearest_image, neighbour_cell, sort_into_cells
+from dem.lists.grid import (
+    cell_index,
+    cell_size,
+    cells_of,
+    frequencies,
+    largest_radius,
+    nearest,
+    nearest_image,
+    neighbour_cell,
+    sort_into_cells,
+)
 from dem.lists.history import load_history
+from dem.lists.sizes import append_far, far_pairs
 from dem.lists.slabs import cut_slabs, used_slabs
 
 
@@ -51,21 +62,25 @@ def find_pairs(grains, clumps, period, images, skin, outer):
     """Find every pair closer than r_i + r_j + skin, once; returns their number, or -1 if the list may be too short.
 
     A pair belongs to the row of the grain that comes first in cell order, so only cells ahead of a grain are searched. Across a
-    periodic face that closes a ring of slabs it belongs to the last slab (see `dem.lists.slabs.cut_slabs`).
+    periodic face that closes a ring of slabs it belongs to the last slab (see `dem.lists.slabs.cut_slabs`). What large grains reach
+    beyond the neighbouring cells is found by `dem.lists.sizes`.
     clumps : `dem.clumps.records.Clumps`, or None. period (3,) : 0 where not periodic; images : its `Period`, or None. Overwrites
     `outer` except its history.
     """
     row, order = outer.row, outer.order
     cell = cell_size(grains, skin)
+    reach = cells_of(largest_radius(grains), skin, cell)
     low, shape, start = sort_into_cells(grains, period, cell, order)
-    cut_slabs(start, shape, outer.slab)
+    cut_slabs(start, shape, reach, outer.slab)
     is_ring = period[0] > 0.0 and used_slabs(outer.slab) > 1
     search = Search(in_cell_order(grains, clumps, order), order, low, shape, start, cell, period, skin, is_ring, images)
+    far = far_pairs(grains, search, outer.partner.shape[0] if reach > 1 else 0)
     m = 0
     for rank in range(order.shape[0]):
         i = order[rank]
         row[i, 0] = m
         m = search_around(rank, grains, search, outer.partner, m)
+        m = append_far(rank, far, outer.partner, m) if m >= 0 else m
         if m < 0:
             return -1
         row[i, 1] = m

@@ -12,22 +12,23 @@ GRAINS_PER_SLAB = 2000
 
 
 @strict_jit
-def cut_slabs(start, shape, slab):
+def cut_slabs(start, shape, reach, slab):
     """Cut the grains in cell order into slabs of whole layers of cells along x: slab s has the ranks slab[s] to slab[s + 1].
 
-    The pairs of a slab touch its own grains and the first layer of the next slab, which for the last one is slab 0, across a
-    periodic face. The number of slabs is 1 or even: so those of even number share no grain, nor do those of odd number. It depends
-    on the grains alone, not on the number of threads; unused slabs at the end are empty.
+    reach : number of layers over which the largest grains have partners, and fewest layers of a slab. The pairs of a slab touch its
+    own grains and the first layers of the next slab, which for the last one is slab 0, across a periodic face. The number of slabs
+    is 1 or even: so those of even number share no grain, nor do those of odd number. It depends on the grains alone, not on the
+    number of threads; unused slabs at the end are empty.
     """
     n, layers, area = start[-1], shape[0], shape[1] * shape[2]
-    used = min(SLABS, n // GRAINS_PER_SLAB, layers)
+    used = min(SLABS, n // GRAINS_PER_SLAB, layers // reach)
     used -= used % 2
     slab[:] = n
     slab[0] = 0
     layer = 0
     for s in range(1, used):
-        layer += 1
-        while start[layer * area] < n * s // used and layer < layers - (used - s):
+        layer += reach
+        while start[layer * area] < n * s // used and layer < layers - (used - s) * reach:
             layer += 1
         slab[s] = start[layer * area]
 

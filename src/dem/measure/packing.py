@@ -20,7 +20,7 @@ N_LOG2 = 16
 NEAREST = 16
 
 
-def core_solid_fraction(positions, radii, vessel_radius_m: float) -> float:
+def core_solid_fraction(positions, radii, vessel_radius_m: float, grain_radii=None) -> float:
     """Solid fraction of grains in an upright cylinder around the z axis that stands on z = 0.
 
     Parameters
@@ -31,6 +31,8 @@ def core_solid_fraction(positions, radii, vessel_radius_m: float) -> float:
         Grain radii in metres.
     vessel_radius_m : float
         Inner radius of the vessel.
+    grain_radii : array_like, shape (m,), optional
+        Of clumps, whose spheres the arguments above are: radii in metres of the spheres of equal volume. Overlaps count once.
 
     Returns
     -------
@@ -41,7 +43,7 @@ def core_solid_fraction(positions, radii, vessel_radius_m: float) -> float:
     positions, radii = np.asarray(positions, float).reshape(-1, 3), np.asarray(radii, float)
     if len(radii) == 0:
         return math.nan
-    layer = WALL_LAYER * 2.0 * radii.mean()
+    layer = WALL_LAYER * 2.0 * float(np.mean(radii if grain_radii is None else grain_radii))
     surface = float(np.quantile(positions[:, 2], 0.9))
     low, high = min(layer, 0.25 * surface), max(surface - 0.5 * layer, 0.75 * surface)
     core = max(vessel_radius_m - layer, LEAST_CORE * vessel_radius_m)

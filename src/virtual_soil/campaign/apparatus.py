@@ -21,6 +21,9 @@ SIZES = {
 #: Cohesion over rho_b g H beyond which soil does not flow out of a lifted tube: a vertical wall stands from
 #: 1 / (4 tan(45 deg + phi / 2)) on (Culmann), 0.12 for 40 degrees.
 LARGEST_KAPPA = 0.1
+#: Stresses on the lid over the cohesion that they measure, lowest and highest, and their number: below, grains that stick tear off
+#: the lid; above, the cohesion is lost in the scatter of the strengths.
+STRESS_RATIOS, N_STRESSES = (0.5, 5.0), 4
 #: Response that compares curves.
 CURVE_DISTANCE = "curve_distance"
 
@@ -71,14 +74,37 @@ def check_sizes(config: dict, soil_files: list[str]) -> None:
     Only of grains that may stick: others have no cohesion, and their angles no size. config : with its apparatus complete. Raises
     CalibrationError naming the section, what is missing and why.
     """
-    sticks = config["material"]["adhesive_stress_pa"] > 0.0 or "adhesive_stress_pa" in config["design"]["variables"]
     files = {Path(path).stem: path for path in soil_files}
-    for case in config["optimise"]["cases"] if sticks else ():
+    for case in config["optimise"]["cases"] if may_stick(config) else ():
         cohesion = cohesion_pa(files[case["soil"]]) if case["soil"] in files else 0.0
         for experiment in chosen(config["experiments"]):
             wanted = case["weights"].get(experiment.RESPONSES[0].name)  # of heap and slope: its angle
             if cohesion > 0.0 and wanted and experiment.APPARATUS in SIZES:
                 check_size(config, experiment.APPARATUS, case["soil"], cohesion)
+
+
+def follow_cohesion(config: dict, soil_files: list[str]) -> dict[str, dict]:
+    """Sections of the shear tests, with stresses that follow the cohesions which the study's cases ask for.
+
+    Only of grains that may stick, and where the section states no stresses: from half of the lowest cohesion to five times the
+    highest, in equal ratios. config : with its apparatus complete; its stresses go before those of the sections.
+    """
+    files = {Path(path).stem: path for path in soil_files}
+    found = {}
+    for experiment in chosen(config["experiments"]):
+        section, names = config[experiment.NAME], [response.name for response in experiment.RESPONSES if response.unit == "Pa"]
+        asked = [case["soil"] for case in config["optimise"]["cases"] if any(case["weights"].get(name) for name in names)]
+        values = [cohesion for cohesion in (cohesion_pa(files[soil]) for soil in asked if soil in files) if cohesion > 0.0]
+        if may_stick(config) and values and section["normal_stresses_pa"] is None:
+            ends = STRESS_RATIOS[0] * min(values), STRESS_RATIOS[1] * max(values)
+            stresses = [float(f"{stress:.3g}") for stress in np.geomspace(*ends, N_STRESSES)]
+            found[experiment.NAME] = section | {"normal_stresses_pa": stresses}
+    return found
+
+
+def may_stick(config: dict) -> bool:
+    """True if grains of the study may stick."""
+    return config["material"]["adhesive_stress_pa"] > 0.0 or "adhesive_stress_pa" in config["design"]["variables"]
 
 
 def check_size(config: dict, section: str, soil: str, cohesion_pa: float) -> None:

@@ -123,7 +123,7 @@ def remember(law, touching, h, o, one, zero):
 
 @lean_jit
 def relative_radius(x, like):
-    """A / a_f at x = delta / delta_f, in the type of `like`."""
+    """Contact radius a over a_f at x = delta / delta_f, in the type of `like`."""
     number = type(like)
     one, two, three = number(1.0), number(2.0), number(3.0)
     s = math.sqrt(max(one + x, like))

@@ -18,10 +18,11 @@ from virtual_soil.campaign.experiments.common import (
     STRESSES,
     USUAL_ANGLES_DEG,
     USUAL_COHESIONS_PA,
-    USUAL_STRESSES_PA,
     bulk_density,
+    check_period,
     check_stiffness,
     engine_of,
+    lid_stresses,
     normal_stresses_pa,
     scale_m,
     soil_of,
@@ -29,6 +30,7 @@ from virtual_soil.campaign.experiments.common import (
     time_step_s,
 )
 from virtual_soil.campaign.experiments.grading import grading_of
+from virtual_soil.campaign.experiments.shapes import shape_of
 from virtual_soil.campaign.settings import setting
 
 NAME = "plane_shear"
@@ -78,6 +80,8 @@ RESPONSES = (
     *responses("peak", 0.6),
     bulk_density("sheared_bulk_density", "ρb sheared", "plane_shear"),
 )
+#: Stresses on the lid in Pa, where neither the study, the soil nor a cohesion says others.
+STRESSES_PA = (125.0, 250.0, 500.0, 1000.0)
 #: Column of the load of a simulation.
 LOAD = "normal_stress_pa"
 #: Quantity for the comparison of the accelerated test with the reference.
@@ -116,13 +120,9 @@ class Settings:
     length_ratio: float = setting("length of the bed in grain radii, its period", 32.0, minimum=10)
     height_ratio: float = setting("nominal height of the bed in grain radii", 32.0, minimum=12)
     width_ratio: float = setting("width of the bed in grain radii, its period", 16.0, above=4.8)
-    normal_stresses_pa: list[float] = setting(
-        "stresses on the lid",
-        [125.0, 250.0, 500.0, 1000.0],
-        above=0,
-        usual=USUAL_STRESSES_PA,
-        of={"minItems": 3, "uniqueItems": True},
-        note="Every stress has a specimen of its own. Without gravity a bed has no scale, and one specimen under several stresses "
+    normal_stresses_pa: list[float] | None = lid_stresses(
+        STRESSES_PA,
+        "Every stress has a specimen of its own. Without gravity a bed has no scale, and one specimen under several stresses "
         "would be one and the same test.",
     )
     normal_stress_ratios: list[float] | None = stress_ratios()
@@ -166,7 +166,7 @@ REFERENCE = {
 def loads(config: dict, material: dict) -> list[float]:
     """Normal stresses in Pa of a point."""
     stated = apparatus.stresses_pa(config)
-    return normal_stresses_pa(config[NAME], material, config["engine"]["gravity_m_s2"]) if stated is None else stated
+    return normal_stresses_pa(config[NAME], STRESSES_PA, material, config["engine"]["gravity_m_s2"]) if stated is None else stated
 
 
 def check_loads(config: dict) -> list[float]:
@@ -207,19 +207,22 @@ def setup(config: dict, row: dict) -> dict:
     least, largest = protocol["shear_strain"], protocol["max_shear_strain"]
     demand(least <= largest, f"{NAME}.max_shear_strain", largest, f"at least {NAME}.shear_strain, {least:g}")
     number, soil = fidelity["plane_shear_stiffness_number"], soil_of(row, config)
+    for side in ("length", "width"):
+        check_period(soil, protocol[f"{side}_ratio"] * protocol["scale_radius_m"], f"{NAME}.{side}_ratio")
     check_stiffness(soil, row[LOAD], number, f"fidelity.{row['fidelity']}.plane_shear_stiffness_number")
     engine = {
         **config["engine"],
         "time_step_rayleigh_ratio": fidelity["plane_shear_time_step_rayleigh_ratio"],
         "stiffness_reduction": specimen.stiffness_reduction(soil, plane_shear.Setup(**protocol), number, 0.0),
     }
-    return {"setup": protocol, "engine": engine, **grading_of(config)}
+    return {"setup": protocol, "engine": engine, **grading_of(config), **shape_of(config)}
 
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:
-    """Return the number of grains and the expected steps: consolidation, then the shear strain at which most tests are steady."""
+    """Return the number of spheres and the expected steps: consolidation, then the shear strain at which most tests are steady."""
     soil = soil_of(row, settings)
     step = time_step_s(soil, engine_of(settings))
     test = plane_shear.Setup(**settings["setup"])
     consolidation = max(CONSOLIDATION_STEPS, CONSOLIDATION_TIMES * specimen.inertial_time(soil, test) / step)
-    return specimen.n_grains(soil, test), consolidation + test.shear_strain / plane_shear.shear_rate(soil, test) / step
+    strain_s = test.shear_strain / plane_shear.shear_rate(soil, test)
+    return specimen.n_grains(soil, test) * soil.n_spheres, consolidation + strain_s / step

@@ -20,8 +20,10 @@ from virtual_soil.campaign.experiments.common import (
     USUAL_ANGLES_DEG,
     USUAL_COHESIONS_PA,
     USUAL_STRESSES_PA,
+    check_period,
     check_stiffness,
     engine_of,
+    lid_stresses,
     normal_stresses_pa,
     scale_m,
     sliding,
@@ -30,6 +32,7 @@ from virtual_soil.campaign.experiments.common import (
     time_step_s,
 )
 from virtual_soil.campaign.experiments.grading import grading_of
+from virtual_soil.campaign.experiments.shapes import shape_of
 from virtual_soil.campaign.settings import choice, defaults, setting
 
 NAME = "shear"
@@ -77,6 +80,8 @@ RESPONSES = (
         optional=True,
     ),
 )
+#: Stresses on the lid in Pa, where neither the study, the soil nor a cohesion says others.
+STRESSES_PA = (150.0, 250.0, 500.0, 1000.0)
 #: Column of the load of a simulation.
 LOAD = "normal_stress_pa"
 #: Quantity for the comparison of the accelerated test with the reference.
@@ -118,13 +123,9 @@ class Settings:
     length_ratio: float = setting("box length in grain radii", 60.0, minimum=10)
     height_ratio: float = setting("nominal filling height in grain radii", 32.0, minimum=8)
     width_ratio: float = setting("thickness of the periodic slice in grain radii", 5.0, above=4.8)
-    normal_stresses_pa: list[float] = setting(
-        "stresses on the lid",
-        [150.0, 250.0, 500.0, 1000.0],
-        above=0,
-        usual=USUAL_STRESSES_PA,
-        of={"minItems": 3, "uniqueItems": True},
-        note="Below ten times the weight of the soil above the shear plane they are refused: arches would carry the lid.",
+    normal_stresses_pa: list[float] | None = lid_stresses(
+        STRESSES_PA,
+        "Below ten times the weight of the soil above the shear plane they are refused: arches would carry the lid.",
     )
     normal_stress_ratios: list[float] | None = stress_ratios()
     stresses: str = choice(
@@ -212,7 +213,7 @@ def loads(config: dict, material: dict) -> list[float]:
         return stated
     grows = config["design"]["geometry"] == "scaled" and config[NAME]["stresses"] == "scaled"
     factor = material["radius_m"] / config["material"]["radius_m"] if grows else 1.0
-    return normal_stresses_pa(config[NAME], material, config["engine"]["gravity_m_s2"], factor)
+    return normal_stresses_pa(config[NAME], STRESSES_PA, material, config["engine"]["gravity_m_s2"], factor)
 
 
 def check_loads(config: dict) -> list[float]:
@@ -260,12 +261,14 @@ def setup(config: dict, row: dict) -> dict:
     number, gravity = fidelity["shear_stiffness_number"], engine["gravity_m_s2"]
     test, soil = direct_shear.Setup(**protocol), soil_of(row, config)
     check_lid(soil, test, gravity)
+    check_period(soil, test.width_m, f"{NAME}.width_ratio")
     stress = specimen.plane_stress_pa(soil, test, gravity)
     check_stiffness(soil, stress, number, f"fidelity.{row['fidelity']}.shear_stiffness_number")
     return {
         "setup": protocol,
         "engine": engine | {"stiffness_reduction": specimen.stiffness_reduction(soil, test, number, gravity)},
         **grading_of(config),
+        **shape_of(config),
     }
 
 
@@ -281,11 +284,11 @@ def check_lid(soil: Soil, test: direct_shear.Setup, gravity_m_s2: float) -> None
 
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:
-    """Return the number of grains and the expected steps: consolidation, then displacement of the lower frame."""
+    """Return the number of spheres and the expected steps: consolidation, then displacement of the lower frame."""
     soil = soil_of(row, settings)
     step = time_step_s(soil, engine_of(settings))
     test = direct_shear.Setup(**settings["setup"])
     n = specimen.n_grains(soil, test)
     consolidation = max(CONSOLIDATION_STEPS, CONSOLIDATION_TIMES * specimen.inertial_time(soil, test) / step)
     way_s = test.displacement_ratio * test.scale_radius_m / direct_shear.shear_speed(soil, test)
-    return n, consolidation + way_s / step
+    return n * soil.n_spheres, consolidation + way_s / step
