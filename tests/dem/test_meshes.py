@@ -1,5 +1,8 @@
 """Files, parametric shapes and faults of meshes; no kernel of the time loop."""
 
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 import trimesh
@@ -22,11 +25,36 @@ def test_files_of_all_kinds_give_the_same_surface_in_metres(tmp_path):
         assert read.corners_m == pytest.approx(made.corners_m, rel=1e-5, abs=1e-8)
 
 
-def test_step_files_are_read_where_cascadio_is_installed(tmp_path):
+def test_step_files_are_read_in_metres_where_cascadio_is_installed(tmp_path):
+    """A cube of 10 mm, in millimetres."""
     pytest.importorskip("cascadio")
+    cube = dem.read_mesh(Path(__file__).parent / "cube.step", "m")
+    assert cube.solid
+    assert volume(cube.vertices_m, cube.triangles) == pytest.approx(1e-6, rel=1e-6)
+    with pytest.raises(ValueError, match="unit of cube.step is 'mm'; allowed: 'm'"):
+        dem.read_mesh(Path(__file__).parent / "cube.step", "mm")
     (tmp_path / "part.step").write_text("no step file")
     with pytest.raises(ValueError, match="part.step is no readable mesh|number of triangles of part.step"):
         dem.read_mesh(tmp_path / "part.step", "m")
+
+
+def test_step_files_without_cascadio_say_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "cascadio", None)
+    with pytest.raises(
+        ValueError, match=r"cube.step: STEP files need cascadio; install it with `pip install virtual-soil\[step\]`"
+    ):
+        dem.read_mesh(Path(__file__).parent / "cube.step", "m")
+
+
+def test_a_mesh_is_written_where_it_is(tmp_path):
+    moved = solids.box((0.01, 0.02, 0.03), position_m=(1.0, 2.0, 3.0), orientation=(0.5**0.5, 0.0, 0.0, 0.5**0.5))
+    for kind in ("stl", "ply", "obj"):
+        dem.write_mesh(moved, tmp_path / f"box.{kind}")
+        read = dem.read_mesh(tmp_path / f"box.{kind}", "m")
+        assert np.ptp(read.vertices_m, axis=0) == pytest.approx((0.02, 0.01, 0.03), rel=1e-4)
+        assert read.vertices_m.mean(axis=0) == pytest.approx((1.0, 2.0, 3.0))
+    with pytest.raises(ValueError, match="allowed: a name that ends in one of"):
+        dem.write_mesh(moved, tmp_path / "box.vtk")
 
 
 def written(folder, vertices, triangles, name="part.ply"):

@@ -22,7 +22,8 @@ def read_mesh(path: str | Path, unit: str, **wall) -> Mesh:
 
     Parameters
     ----------
-    path : STL, OBJ, PLY, or STEP. unit : of its coordinates, one of UNITS; STL files do not tell. wall : attributes of `dem.Mesh`.
+    path : STL, OBJ, PLY, or STEP. unit : of its coordinates, one of UNITS (STL files do not tell), or "m" for STEP.
+    wall : attributes of `dem.Mesh`.
 
     Raises
     ------
@@ -33,10 +34,11 @@ def read_mesh(path: str | Path, unit: str, **wall) -> Mesh:
     require(path.is_file(), "mesh file", path, "a file that exists")
     known = SURFACES + SOLIDS
     require(path.suffix.lower() in known, f"kind of {path.name}", repr(path.suffix), f"one of {list(known)}")
+    if path.suffix.lower() in SOLIDS:
+        require(unit == "m", f"unit of {path.name}", repr(unit), "'m', in which STEP files are read: they tell their own")
     vertices, triangles = content_of(path)
     require(len(triangles) > 0, f"number of triangles of {path.name}", 0, "at least one")
-    scale = UNITS[unit] if path.suffix.lower() in SURFACES else 1.0
-    return Mesh(**{"source": path.name} | wall, vertices_m=scale * joined(vertices), triangles=triangles)
+    return Mesh(**{"source": path.name} | wall, vertices_m=UNITS[unit] * joined(vertices), triangles=triangles)
 
 
 def content_of(path: Path) -> tuple[np.ndarray, np.ndarray]:
