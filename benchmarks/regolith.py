@@ -200,7 +200,7 @@ def main() -> None:
                   f"{angles(height_m=HEIGHT_M, gravity='earth', radius_m=k * RADIUS_M)} |" for k in COARSENESS]  # fmt: skip
     kappa = cohesion / (PAPER["radius_m"] * 30.0 * 0.6 * 3000.0 * 9.81)
     sigma, static, rolling = (optimum[name] for name in ("adhesive_stress_pa", "static_friction", "rolling_friction"))
-    intervals = [f"{optimum[f'{name}_low_95']:.3g} to {optimum[f'{name}_high_95']:.3g}" for name in list(material)[:3]]
+    intervals = [f"{optimum[f'{name}_low_95']:.4g} to {optimum[f'{name}_high_95']:.4g}" for name in list(material)[:3]]
     text = TEXT.format(
         height=f"{HEIGHT_M:g}",
         optimum=f"adhesive stress {sigma:.0f} Pa ({intervals[0]}), static friction {static:.3f} ({intervals[1]}),\n"
