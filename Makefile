@@ -8,7 +8,7 @@ REFERENCE := soil repose plane_shear steady_strength peak_strength screening rea
 	posterior equivalents equivalents_simulated identifiability verification sensitivity coverage
 
 # packages that `make docs` documents
-API := dem dem.experiments dem.measure dem.contact dem.ledger virtual_soil.calibration virtual_soil.exports
+API := dem dem.solids dem.experiments dem.measure dem.contact dem.ledger virtual_soil.calibration virtual_soil.exports
 
 .DEFAULT_GOAL := campaign
 

@@ -120,7 +120,7 @@ def heap(material: dict) -> tuple[Grains, str, float]:
     settings, soil = repose.setup(config, row), soil_of(row, config)
     setup = angle_of_repose.Setup(**settings["setup"])
     found = angle_of_repose.run(soil, setup, Engine(**settings["engine"]), 1)
-    within = np.hypot(*found.grains.positions_m[:, :2].T) < 0.5 * setup.tube_diameter_ratio * setup.scale_radius_m
+    within = np.hypot(*found.grains.positions_m[:, :2].T) < setup.tube_diameter_ratio * setup.scale_radius_m
     return found.grains, found.status, float(within.mean())
 
 
@@ -153,7 +153,7 @@ def draw_kappa(cuts: dict[Slope, Cut], cohesion_pa: float, friction_deg: float) 
         x, y = [cohesion_pa / each.weight_pa for each in found], [each.angle_deg for each in found]
         axes.plot(x, y, marker, fillstyle="none", label=f"one bed, {gravity.capitalize()}")
     axes.axhline(65.0, color="0.8", zorder=0)
-    axes.set(xlabel="c / (ρb g H)", ylabel="slope angle (°); 90: stands as a wall", xscale="log")
+    axes.set(xlabel="c / (ρb g H)", ylabel="slope angle (°); 90: stands as a wall", xscale="log", xlim=(1e-3, None))
     axes.legend()
     figure.savefig(IMAGES / "regolith_kappa.png", dpi=120)
 
@@ -200,7 +200,7 @@ def main() -> None:
                   f"{angles(height_m=HEIGHT_M, gravity='earth', radius_m=k * RADIUS_M)} |" for k in COARSENESS]  # fmt: skip
     kappa = cohesion / (PAPER["radius_m"] * 30.0 * 0.6 * 3000.0 * 9.81)
     sigma, static, rolling = (optimum[name] for name in ("adhesive_stress_pa", "static_friction", "rolling_friction"))
-    intervals = [f"{optimum[f'{name}_low_95']:.3g} to {optimum[f'{name}_high_95']:.3g}" for name in list(material)[:3]]
+    intervals = [f"{optimum[f'{name}_low_95']:.4g} to {optimum[f'{name}_high_95']:.4g}" for name in list(material)[:3]]
     text = TEXT.format(
         height=f"{HEIGHT_M:g}",
         optimum=f"adhesive stress {sigma:.0f} Pa ({intervals[0]}), static friction {static:.3f} ({intervals[1]}),\n"

@@ -132,7 +132,7 @@ def profile(s) -> dict[str, float]:
     pairs, at_surfaces = state.lists.pairs, state.lists.surfaces
     blocks.common_constants(state.view(), pairs.contacts, model)
     schedule.prune(state.view(), pairs, cutoff, model, None)
-    surfaces.prune_surfaces(state.view(), state.surfaces, state.lists, surface_cutoff, model)
+    surfaces.prune_surfaces(state.view(), state.surfaces, None, state.lists, surface_cutoff, model, None)
     *grains, loads = (copied(values, quarter) for quarter, values in enumerate((*state.grains, state.loads)))
     grains, buffer = GrainArrays(*grains), scratch.buffers[0]
     run = schedule.Run(state.view()._replace(grains=grains, loads=loads), state.scene(), state.lists, model, scratch)

@@ -38,6 +38,16 @@ def test_dimers_stand_where_spheres_without_rolling_friction_lie_flat():
     assert 0.0 < order < 0.5
 
 
+def test_a_paddle_from_a_file_stirs_grains_and_is_filmed(tmp_path):
+    film = tmp_path / "paddle.gif"
+    command = [sys.executable, "docs/examples/paddle.py", str(film)]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    torque = float(re.search(r"paddle: (-?[\d.]+) uN m", result.stdout).group(1))
+    assert torque < -1.0  # it turns about +y and the grains hold it back
+    with Image.open(film) as drawn:
+        assert drawn.n_frames == 30
+
+
 def test_calibration_by_hand_finds_the_heap_and_draws_it(tmp_path):
     picture = tmp_path / "heap.png"
     command = [sys.executable, "docs/examples/calibrate_by_hand.py", str(picture)]

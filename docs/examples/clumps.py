@@ -30,7 +30,7 @@ def pour(shape: dem.Clump | None) -> dem.Simulation:
 
 for name, shape in (("spheres", None), ("dimers", DIMER)):
     heap = pour(shape)
-    form = measure_heap(heap.grains.positions_m, heap.grains.radii_m)
+    form = measure_heap(heap.grains.positions_m, heap.grains.radii_m, None if shape is None else heap.clumps.radii_m)
     print(f"{name}: angle of repose {form.angle_profile_deg:.1f} deg, {1e3 * form.heap_height_m:.1f} mm high")
     if shape is not None:
         axes = measure_orientations(heap.clumps.orientations, heap.clumps.moments_kg_m2)

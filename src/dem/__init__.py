@@ -1,4 +1,4 @@
-"""A discrete-element engine for spheres and clumps of them: Hertz-Mindlin contacts, rolling resistance, moving walls.
+"""A discrete-element engine for spheres and clumps of them: Hertz-Mindlin contacts, rolling resistance, bodies of any shape.
 
 >>> import dem
 >>> glass = dem.Material(density_kg_m3=2500, poisson_ratio=0.2, shear_modulus_pa=5e6)
@@ -21,12 +21,14 @@ from dem.contact.model import work_of_adhesion
 from dem.factory import BoxRegion, Factory, Sizes, TubeRegion
 from dem.html import Rich
 from dem.material import Interaction, Material
-from dem.shapes import ENDLESS_M, Box, Drive, Tube, Wall
+from dem.meshes.files import read_mesh, write_mesh
+from dem.shapes import ENDLESS_M, Body, Box, Drive, FreeTurn, Mesh, Motion, Tube, TurnDrive, Wall
 from dem.simulation import Grains, Simulation, SimulationError
 from dem.timestep import rayleigh_time, stable_time_step
 
 __all__ = [
     "ENDLESS_M",
+    "Body",
     "Box",
     "BoxRegion",
     "CheckpointError",
@@ -34,21 +36,27 @@ __all__ = [
     "ClumpStates",
     "Drive",
     "Factory",
+    "FreeTurn",
     "Grains",
     "Interaction",
     "Material",
+    "Mesh",
+    "Motion",
     "Rich",
     "Simulation",
     "SimulationError",
     "Sizes",
     "Tube",
     "TubeRegion",
+    "TurnDrive",
     "Wall",
     "load",
     "packed",
     "rayleigh_time",
+    "read_mesh",
     "save",
     "stable_time_step",
     "unpacked",
     "work_of_adhesion",
+    "write_mesh",
 ]

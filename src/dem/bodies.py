@@ -14,12 +14,13 @@ from dem.clumps.records import Clumps
 from dem.jit import inline_jit, lean_jit
 from dem.layout import BLOCK as B
 from dem.layout import FORCE, LOAD, MOTION, UX, VX
-from dem.shapes import ENDLESS_M, RECORD, Wall
+from dem.poses import Rigid
+from dem.shapes import ENDLESS_M, RECORD, Mesh, Wall
 from dem.shapes.wall import FIRST, SECOND
 
 
 class Bodies(NamedTuple):
-    """Velocity, force of the grains, driven (1) or prescribed (0), applied force (n, 3); mass and damping (n,)."""
+    """Velocity, force of the grains, driven (1) or prescribed (0), applied force, mass and damping per axis, (n, 3) each."""
 
     velocity: np.ndarray
     force: np.ndarray
@@ -39,26 +40,31 @@ class Surfaces(NamedTuple):
 
 
 class Glued(NamedTuple):
-    """Grains that belong to a body: index of the grain, index of the body."""
+    """Grains that belong to a body: index of the grain, index of the body, place (n, 3) in the frame of a body that may turn."""
 
     grain: np.ndarray
     body: np.ndarray
+    arm: np.ndarray
 
 
 class Scene(NamedTuple):
-    """Surroundings of the grains, and their clumps (or None). gravity (3,) in m/s2; period (3,) in m, 0 where not periodic."""
+    """Surroundings of the grains; their clumps, and what turns, or None.
+
+    gravity (3,) in m/s2; period (3,) in m, 0 where not periodic.
+    """
 
     bodies: Bodies
     surfaces: Surfaces
     glued: Glued
     clumps: Clumps | None
+    rigid: Rigid | None
     gravity: np.ndarray
     period: np.ndarray
 
 
 def no_glued() -> Glued:
     """No grains."""
-    return Glued(np.zeros(0, np.int64), np.zeros(0, np.int64))
+    return Glued(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 3)))
 
 
 def arrays_of(walls: list[Wall], material_index: dict[str, int]) -> tuple[Bodies, Surfaces]:
@@ -69,14 +75,14 @@ def arrays_of(walls: list[Wall], material_index: dict[str, int]) -> tuple[Bodies
         force=np.zeros((n, 3)),
         driven=np.zeros((n, 3), np.int64),
         applied=np.zeros((n, 3)),
-        mass=np.ones(n),
-        damping=np.zeros(n),
+        mass=np.ones((n, 3)),
+        damping=np.zeros((n, 3)),
     )
     for k, wall in enumerate(walls):
-        if wall.drive is not None:
-            bodies.driven[k, wall.drive.axis] = 1
-            bodies.applied[k, wall.drive.axis] = wall.drive.applied_force_n
-            bodies.mass[k], bodies.damping[k] = wall.drive.mass_kg, wall.drive.damping_kg_s
+        for drive in wall.drives:
+            bodies.driven[k, drive.axis] = 1
+            bodies.applied[k, drive.axis] = drive.applied_force_n
+            bodies.mass[k, drive.axis], bodies.damping[k, drive.axis] = drive.mass_kg, drive.damping_kg_s
     geometry = np.array([shapes.record(wall) for wall in walls], float).reshape(n, RECORD)
     surfaces = Surfaces(
         kind=np.array([shapes.kind(wall) for wall in walls], np.int64),
@@ -91,7 +97,16 @@ def wall_now(wall: Wall, scene: Scene, w: int) -> Wall:
     """Wall w where it is now, with its velocity now."""
     moving = shapes.placed(wall, scene.surfaces.geometry[w].tolist())
     values = {name: getattr(moving, name) for name in moving.__dataclass_fields__}
-    return type(wall)(**values | {"velocity_m_s": tuple(scene.bodies.velocity[scene.surfaces.body[w]].tolist())})
+    body = scene.surfaces.body[w]
+    values["velocity_m_s"] = tuple(scene.bodies.velocity[body].tolist())
+    if scene.rigid is not None:
+        poses = scene.rigid.poses
+        values["angular_velocity_rad_s"] = tuple(poses.spin[body].tolist())
+        if wall.pivot_m is not None:
+            values["pivot_m"] = tuple(poses.position[body].tolist())
+        if isinstance(wall, Mesh):
+            values["orientation"] = tuple(poses.quaternion[body].tolist())
+    return type(wall)(**values)
 
 
 @lean_jit
@@ -175,9 +190,9 @@ def move_bodies(scene, dt):
     for w in range(bodies.velocity.shape[0]):
         for axis in range(3):
             if bodies.driven[w, axis] > 0:
-                mass, v = bodies.mass[w], bodies.velocity[w, axis]
+                mass, v = bodies.mass[w, axis], bodies.velocity[w, axis]
                 pushed = v + dt * (bodies.force[w, axis] + bodies.applied[w, axis]) / mass
-                bodies.velocity[w, axis] = pushed / (1.0 + dt * bodies.damping[w] / mass)
+                bodies.velocity[w, axis] = pushed / (1.0 + dt * bodies.damping[w, axis] / mass)
     for w in range(surfaces.kind.shape[0]):
         for t in range(3):
             surfaces.geometry[w, FIRST + t] += bodies.velocity[surfaces.body[w], t] * dt

@@ -7,7 +7,7 @@ name first and then renamed, so that a file under its final name is complete; th
 import io
 import json
 import os
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -22,6 +22,7 @@ from dem.jit import source_hash
 from dem.layout import GrainArrays
 from dem.lists.storage import Lists
 from dem.material import Material
+from dem.poses import Poses
 from dem.simulation import Simulation
 from dem.state import SimulationState
 
@@ -30,6 +31,9 @@ PLAIN = ("exchanged_j", "time_s", "n_steps", "n_left")
 TUPLES: dict[str, Any] = {"grains": GrainArrays, "bodies": Bodies, "surfaces": Surfaces, "glued": Glued}
 #: Arrays of an outer list with a value per entry, and per grain or slab.
 PER_ENTRY, PER_GRAIN = ("owner", "partner", "history"), ("row", "order", "slab")
+
+#: Attributes of a mesh that are stored as arrays.
+MESH_ARRAYS = ("vertices_m", "triangles")
 
 #: Before the names of arrays that are notes.
 NOTE = "notes."
@@ -118,9 +122,10 @@ def description_of(simulation: Simulation) -> dict:
         "settings": simulation._settings,
         "materials": {name: asdict(material) for name, material in simulation.materials.items()},
         "state": {name: getattr(state, name) for name in PLAIN},
-        "walls": [{"type": type(wall).__name__} | asdict(wall) for wall in state.walls],
+        "walls": [definition_of(wall) for wall in state.walls],
         "factories": [{"region_type": type(made.region).__name__} | asdict(made) for made in state.factories],
         "mean_wall_forces_n": {name: force.tolist() for name, force in state.mean_wall_forces_n.items()},
+        "mean_wall_torques_n_m": {name: torque.tolist() for name, torque in state.mean_wall_torques_n_m.items()},
         "capacities": {name: [len(part.outer.partner), len(part.contacts.first)] for name, part in lists.items()},
     }
 
@@ -131,6 +136,11 @@ def arrays_of(state: SimulationState) -> dict[str, np.ndarray]:
     arrays |= {"origin": state.lists.origin, "age": state.lists.age}
     for name in TUPLES:
         arrays |= {f"{name}.{key}": value for key, value in getattr(state, name)._asdict().items()}
+    for w, wall in enumerate(state.walls):
+        if isinstance(wall, shapes.Mesh):
+            arrays |= {f"walls.{w}.{key}": getattr(wall, key) for key in MESH_ARRAYS}
+    if state.poses is not None:
+        arrays |= {f"poses.{key}": value for key, value in state.poses._asdict().items()}
     if state.clumps is not None:
         arrays |= {f"clumps.{key}": value for key, value in state.clumps._asdict().items()}
     for name in ("pairs", "surfaces"):
@@ -147,19 +157,24 @@ def arrays_of(state: SimulationState) -> dict[str, np.ndarray]:
 def restored(description: dict, arrays: dict[str, np.ndarray]) -> Simulation:
     """The simulation of a description and its arrays."""
     materials = {name: Material(**values) for name, values in description["materials"].items()}
-    simulation = Simulation(materials=materials, interactions={}, **description["settings"])
+    walls = [wall_of(dict(values), w, arrays) for w, values in enumerate(description["walls"])]
+    simulation = Simulation(materials=materials, interactions={}, walls=walls, **description["settings"])
     state = simulation._state
     for name in PLAIN:
         setattr(state, name, description["state"][name])
-    state.walls = [wall_of(dict(values)) for values in description["walls"]]
+    state.walls = walls
     state.factories = [factory_of(dict(values)) for values in description["factories"]]
-    state.mean_wall_forces_n = {name: np.array(force) for name, force in description["mean_wall_forces_n"].items()}
+    for name in ("mean_wall_forces_n", "mean_wall_torques_n_m"):
+        setattr(state, name, {wall: np.array(values) for wall, values in description[name].items()})
     state.pair_table[:] = arrays["pair_table"]
     if state.entries is not None:
         state.entries[:] = arrays["entries"]
     tuples = {name: kind(*(arrays[f"{name}.{key}"] for key in kind._fields)) for name, kind in TUPLES.items()}
     state.bodies, state.surfaces, state.glued = tuples["bodies"], tuples["surfaces"], tuples["glued"]
     state.allocate(tuples["grains"], arrays["material"], arrays["ids"])
+    if "poses.position" in arrays:
+        simulation._ensure_compiled(turning=True)
+        state.poses = Poses(*(arrays[f"poses.{key}"] for key in Poses._fields))
     if "clumps.begin" in arrays:
         simulation._ensure_compiled(clumps=True)
         state.clumps = Clumps(*(arrays[f"clumps.{key}"] for key in Clumps._fields))
@@ -179,12 +194,27 @@ def restore_lists(state: SimulationState, capacities: dict[str, list[int]], arra
     state.lists = Lists(pairs, surfaces, arrays["origin"], arrays["age"])
 
 
-def wall_of(values: dict) -> shapes.Wall:
-    """A wall's definition from JSON."""
+def definition_of(wall: shapes.Wall) -> dict:
+    """A wall's definition as JSON can hold it, without the arrays of a mesh."""
+    values = {field.name: getattr(wall, field.name) for field in fields(wall) if field.name not in MESH_ARRAYS}
+    turn = None if wall.turn is None else {"type": type(wall.turn).__name__} | asdict(wall.turn)
+    return {"type": type(wall).__name__} | values | {"drive": [asdict(drive) for drive in wall.drives], "turn": turn}
+
+
+def wall_of(values: dict, w: int, arrays: dict[str, np.ndarray]) -> shapes.Wall:
+    """Wall w from its definition and the arrays of a mesh."""
     kind = shapes.by_name(values.pop("type"))
-    drive = values.pop("drive")
+    drives, turn = tuple(shapes.Drive(**drive) for drive in values.pop("drive")), values.pop("turn")
     tuples = {key: tuple(value) if isinstance(value, list) else value for key, value in values.items()}
-    return kind(**tuples, drive=None if drive is None else shapes.Drive(**drive))
+    tuples |= {key: arrays[f"walls.{w}.{key}"] for key in MESH_ARRAYS if f"walls.{w}.{key}" in arrays}
+    drive = drives[0] if len(drives) == 1 else drives or None
+    return kind(**tuples, drive=drive, turn=None if turn is None else turn_of(turn))
+
+
+def turn_of(values: dict) -> shapes.TurnDrive | shapes.FreeTurn:
+    """The drive of a rotation from JSON."""
+    kind = {"TurnDrive": shapes.TurnDrive, "FreeTurn": shapes.FreeTurn}[values.pop("type")]
+    return kind(**{key: tuple(value) if isinstance(value, list) else value for key, value in values.items()})
 
 
 def factory_of(values: dict) -> Factory:

@@ -5,7 +5,7 @@ import numpy as np
 from dem.layout import RADIUS
 from dem.lists.grid import FARTHEST
 from dem.material import require
-from dem.shapes import Wall, distance
+from dem.shapes import Mesh, Wall, distance
 from dem.shapes.wall import FIRST
 from dem.state import SimulationState
 
@@ -73,12 +73,32 @@ def check_ready(state: SimulationState, skin: float) -> None:
         for axis, period in zip("xyz", state.period, strict=True):
             allowed = f"0 or more than {cutoff:.3g}, or a grain could touch two images of another"
             require(period == 0 or period > cutoff, f"period_m along {axis}", period, allowed)
+    for wall in state.walls:
+        if isinstance(wall, Mesh) and state.n_grains:
+            check_images(wall, state.period, float(state.places[:, RADIUS].max()) + skin)
     if state.clumps is not None and len(state.clumps.grain):
         reach = np.linalg.norm(state.clumps.arm, axis=1) + state.places[state.clumps.grain, RADIUS]
         cutoff = 2.0 * reach.max() + skin
         for axis, period in zip("xyz", state.period, strict=True):
             allowed = f"0 or more than {cutoff:.3g}, or a clump could touch its own image"
             require(period == 0 or period > cutoff, f"period_m along {axis}", period, allowed)
+
+
+def check_images(mesh: Mesh, period: np.ndarray, cutoff: float) -> None:
+    """Refuse a mesh that a grain within a cutoff in m would touch together with its image; grains see the image nearest its origin.
+
+    One that is longer than a period, as the wall of a drum along its axis, is right where it does not change along it.
+    """
+    for axis in np.flatnonzero(period):
+        turns_across = any(np.delete(direction, axis).any() for direction in mesh.axes_of_turn)
+        low, high = mesh.extent(int(axis), turns_across)
+        half, name = 0.5 * period[axis], f"extent of wall {mesh.name!r} along {'xyz'[axis]}"
+        within = max(-low, high) + cutoff < half
+        spans = min(-low, high) - cutoff > half and not turns_across
+        allowed = (
+            f"within {half - cutoff:.4g} of its origin, or, if nothing changes along it, beyond {half + cutoff:.4g} on both sides"
+        )
+        require(bool(within or spans), name, f"{low:.4g} to {high:.4g} m", allowed)
 
 
 def check_finite(state: SimulationState) -> None:
@@ -91,7 +111,10 @@ def blow_up_message(state: SimulationState, ratio: float, speed_limit: float) ->
     """Description of the wall or grain that is too fast, or of the grain that is too far away, and what helps."""
     if not all(np.isfinite(values).all() for values in (state.bodies.velocity, state.velocities, state.places)):
         return not_finite(state)
-    walls, grains = np.linalg.norm(state.bodies.velocity, axis=1), np.linalg.norm(state.velocities[:, :3], axis=1)
+    behind = numbers_behind(state)
+    if len(behind):
+        return f"blew up: {behind_message(state, behind[0])}"
+    walls, grains = surface_speeds(state), np.linalg.norm(state.velocities[:, :3], axis=1)
     wall, grain = walls.max(initial=0.0), grains.max(initial=0.0)
     after, limit = f"after t = {state.time_s:.4g} s", f"more than {ratio} of a radius in one step ({speed_limit:.3g} m/s)"
     if wall > speed_limit:
@@ -105,6 +128,32 @@ def blow_up_message(state: SimulationState, ratio: float, speed_limit: float) ->
     k = int(np.argmax(np.abs(state.places[:, :3]).max(axis=1) / state.places[:, RADIUS]))
     place = f"({', '.join(f'{x:.4g}' for x in state.places[k, :3])}) m {after}"
     return f"blew up: grain {state.ids[k]} is at {place}, more than {FARTHEST:g} radii from the origin{fallen(state, k)}"
+
+
+def surface_speeds(state: SimulationState) -> np.ndarray:
+    """Largest speed in m/s of any point of each wall."""
+    speeds = np.linalg.norm(state.bodies.velocity, axis=1)
+    if state.poses is None:
+        return speeds
+    return speeds + state.poses.size * np.linalg.norm(state.poses.spin, axis=1)
+
+
+def numbers_behind(state: SimulationState) -> np.ndarray:
+    """Numbers in memory of the grains whose centres are inside a solid mesh."""
+    found = np.zeros(state.n_grains, bool)
+    for w, wall in enumerate(state.walls):
+        if isinstance(wall, Mesh) and wall.solid and state.n_grains:
+            found |= distance(state.wall(w), state.places[:, :3]) < 0.0
+    return np.flatnonzero(found & state.is_free)
+
+
+def behind_message(state: SimulationState, k: int) -> str:
+    """Description of a grain, by its number in memory, that is behind the surface of a solid mesh."""
+    place = ", ".join(f"{x:.4g}" for x in state.places[k, :3])
+    return (
+        f"grain {state.ids[k]} at ({place}) m is inside a solid mesh after t = {state.time_s:.4g} s: stiffer grains, a smaller "
+        "time_step_rayleigh_ratio or a slower mesh keep it outside; where grains belong inside, set solid=False"
+    )
 
 
 def not_finite(state: SimulationState) -> str:

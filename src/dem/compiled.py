@@ -38,13 +38,14 @@ class Variant(NamedTuple):
     vector_code: bool = True
     periodic: bool = False
     clumps: bool = False
+    turning: bool = False
 
     @property
     def name(self) -> str:
         """Name as part of a file's name."""
         threads, code = "threads" if self.parallel else "thread", "vector" if self.vector_code else "plain"
         domain, books = "periodic" if self.periodic else "open", "-ledger" if self.energy_ledger else ""
-        shape = "-clumps" if self.clumps else ""
+        shape = ("-clumps" if self.clumps else "") + ("-turning" if self.turning else "")
         return f"{self.precision}-{threads}-{self.rolling_model}-{self.adhesion}-{code}-{domain}{books}{shape}"
 
 
@@ -174,7 +175,7 @@ def empty(folder: Path) -> None:
 
 def main(values: str) -> None:
     """Compile one variant by running two grains for a moment; values : JSON list of the fields of `Variant`."""
-    from dem import Box, Clump, Interaction, Material, Simulation, compiled
+    from dem import Box, Clump, Interaction, Material, Simulation, compiled, solids
     from dem.step import loop
 
     compiled.compiles_here = True
@@ -194,6 +195,8 @@ def main(values: str) -> None:
         vector_code=variant.vector_code,
     )
     simulation.add_grains([(0.0, 0.0, 1.1e-3), (0.0, 0.0, 3.2e-3)], 1e-3, "a")
+    if variant.turning:
+        simulation.add_wall(solids.box((0.1, 0.1, 0.01), name="plate", material="a", position_m=(0.5, 0.5, 0.5)))
     if variant.clumps:
         simulation.add_clumps(Clump.preset("dimer"), [(0.0, 0.0, 1e-2)], 2e-3, "a")
     simulation.advance(2)

@@ -1,16 +1,18 @@
 """Runs the kernels on a state: chooses their code by the settings, gives them working memory, lengthens lists that are full."""
 
 import math
+from typing import cast
 
 import numpy as np
 
 from dem import ledger
-from dem.checks import SimulationError, blow_up_message
+from dem.checks import SimulationError, behind_message, blow_up_message
 from dem.contact.model import ContactModel, Model
 from dem.jit import DISABLED, set_num_threads
 from dem.layout import BLOCK, BUFFER, RADIUS, Access, Period, aligned_zeros
 from dem.lists.grid import cell_size, is_sound, sort_into_cells
 from dem.lists.slabs import SLABS
+from dem.meshes.contacts import Near, new_near
 from dem.shapes import RECORD
 from dem.state import SimulationState
 from dem.step import loop
@@ -20,6 +22,9 @@ from dem.step.schedule import GROUPS, STEPS_AT_ONCE, Scratch
 SKIN_RATIO = 0.55
 #: In a narrow periodic domain the skin is smaller, so that no grain interacts with two images of another.
 LEAST_SKIN_RATIO = 0.2
+
+#: Capacity for triangles near grains, to begin with.
+LEAST_TRIANGLES = 4096
 
 #: A grain that crosses more than this fraction of its radius in one step has been thrown out by an unstable contact.
 LARGEST_STEP_RATIO = 0.2
@@ -38,6 +43,7 @@ class Runner:
         self.state: SimulationState = state
         self.time_step_s, self.smallest_radius_m, self.threads = time_step_s, smallest_radius_m, threads
         self.contact_model = contact_model
+        self.n_triangles = LEAST_TRIANGLES
         self.laws = contact_model.laws(state.widths.number, time_step_s)
         period, is_periodic = state.period, state.period > 0
         frequency = np.divide(1.0, period, out=np.zeros(3), where=is_periodic)
@@ -76,13 +82,16 @@ class Runner:
     def scratch(self) -> Scratch:
         """Working memory; allocated anew each time, because a copied simulation's would lose its alignment (8 % of the speed)."""
         n, n_surfaces = 1 if self.threads == 1 else GROUPS // 2, len(self.state.surfaces.kind)
+        n_contacts = len(self.state.lists.surfaces.contacts.first)
         return Scratch(
             buffers=aligned_zeros(n * BUFFER * BLOCK, self.state.widths.number).reshape(n, -1),
             places=aligned_zeros(n * 4 * BLOCK, float).reshape(n, -1),
             speeds=np.zeros((STEPS_AT_ONCE, SLABS)),
             geometry=np.zeros((STEPS_AT_ONCE, n_surfaces, RECORD)),
             force=np.zeros((SLABS, n_surfaces, 3)),
+            torque=np.zeros((SLABS, n_surfaces, 3)),
             pace=np.zeros(loop.PACE),
+            near=None if self.state.poses is None else new_near(n_contacts, self.n_triangles),
             threads=None if self.threads == 1 else True,
         )
 
@@ -95,28 +104,37 @@ class Runner:
         return ledger.Ledger(self.state.entries, *notes)
 
     def steps(self, n_steps: int) -> np.ndarray:
-        """Make n_steps; returns the mean force of the grains on every body (n, 3) in N. Raises SimulationError on blow-up."""
-        remaining, forces = n_steps, np.zeros((len(self.state.bodies.force), 3))
+        """Make n_steps; returns the mean force and torque of the grains on every body (n, 6) in N and N m.
+
+        Raises SimulationError on blow-up.
+        """
+        remaining, loads = n_steps, np.zeros((len(self.state.bodies.force), 6))
         while remaining:
-            mean_force = np.zeros_like(forces)
-            reason, done = self.kernels(remaining, mean_force)
-            forces += mean_force * done
+            reason, done, mean = self.kernels(remaining)
+            loads += mean * done
             remaining -= done
             if reason == loop.BLEW_UP:
                 raise SimulationError(blow_up_message(self.state, LARGEST_STEP_RATIO, self.speed_limit))
-            if reason != loop.FINISHED:
+            if reason == loop.TRIANGLES_FULL:
+                self.n_triangles *= 2
+            elif reason != loop.FINISHED:
                 self.state.lengthen(reason)
-        return forces / max(n_steps, 1)
+        return loads / max(n_steps, 1)
 
-    def kernels(self, n_steps: int, mean_force: np.ndarray) -> tuple[int, int]:
-        """Make at most n_steps; returns the reason for the end, and the number of steps made."""
+    def kernels(self, n_steps: int) -> tuple[int, int, np.ndarray]:
+        """Make at most n_steps; returns the reason for the end, the number of steps made, and the mean loads of `steps`."""
+        largest = float(self.state.places[:, RADIUS].max(initial=0.0))
+        self.state.prepare_grid(largest + self.skin + self.reach_m)
         state, scratch = self.state, self.scratch()
+        mean_force, mean_torque = (np.zeros((len(state.bodies.force), 3)) for _ in range(2))
         if scratch.threads:
             set_num_threads(self.threads)
         limits = loop.Limits(n_steps, self.skin, self.speed_limit)
-        outputs = loop.Outputs(mean_force, self.ledger())
+        outputs = loop.Outputs(mean_force, mean_torque, self.ledger())
         reason, done, _, _ = loop.advance(state.view(), state.scene(), state.lists, self.model, scratch, limits, outputs)
-        return reason, done
+        if reason == loop.BEHIND:
+            raise SimulationError(behind_message(state, int(cast(Near, scratch.near).behind[0])))
+        return reason, done, np.hstack([mean_force, mean_torque])
 
     def sort_in_space(self) -> None:
         """Make neighbours adjacent in memory: beyond the cache this halves the cost of a step."""

@@ -4,8 +4,8 @@ Frame and signs: z up; overlap positive when grains touch; forces on walls are t
 """
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
@@ -34,7 +34,8 @@ from dem.lists.pairs import deepest_overlap
 from dem.lists.storage import Widths
 from dem.material import Interaction, Material, require, require_vector
 from dem.runner import Runner
-from dem.shapes import Wall
+from dem.shapes import Body, Mesh, Wall, may_turn
+from dem.shapes.mesh import check_beside_grains
 from dem.state import SimulationState
 from dem.timestep import largest_time_step, stable_time_step
 
@@ -81,7 +82,7 @@ class Simulation:
     ----------
     materials : name -> Material.
     interactions : (name, name) -> Interaction, one for every pair of materials that can meet; order does not matter.
-    walls : rigid geometry.
+    walls : rigid geometry, walls or bodies.
     gravity_m_s2 : acceleration vector.
     period_m : period along x, y, z; 0 where not periodic.
     time_step_rayleigh_ratio : time step over the smallest grain's Rayleigh time.
@@ -105,7 +106,7 @@ class Simulation:
         materials: dict[str, Material],
         interactions: dict[tuple[str, str], Interaction],
         smallest_radius_m: float | Mapping[str, float],
-        walls: list[Wall] | tuple[Wall, ...] = (),
+        walls: Sequence[Wall | Body] = (),
         gravity_m_s2: tuple[float, float, float] = (0.0, 0.0, -9.81),
         period_m: tuple[float, float, float] = (0.0, 0.0, 0.0),
         time_step_rayleigh_ratio: float = 0.2,
@@ -172,15 +173,19 @@ class Simulation:
         )
         for pair, interaction in interactions.items():
             self.set_interaction(*pair, interaction)
-        self._ensure_compiled(clumps=False)
-        for wall in walls:
+        bodies = [wall.as_wall() if isinstance(wall, Body) else wall for wall in walls]
+        self._ensure_compiled(turning=any(may_turn(wall) for wall in bodies))
+        for wall in bodies:
             self.add_wall(wall)
 
     # --- setting up -----------------------------------------------------------------------------------------------
 
-    def _ensure_compiled(self, clumps: bool) -> None:
-        """Have the kernels for these settings compiled, with or without clumps."""
+    def _ensure_compiled(self, clumps: bool = False, turning: bool = False) -> None:
+        """Have the kernels for these settings compiled, with what there is already and what is to come."""
         settings = self._settings
+        turning = turning or self._state.poses is not None
+        allowed = "False with meshes and walls that turn, which it does not book"
+        require(not turning or self._state.entries is None, "energy_ledger", True, allowed)
         compiled.ensure(
             settings["precision"],
             settings["threads"] > 1,
@@ -189,7 +194,8 @@ class Simulation:
             adhesion=settings["adhesion"],
             vector_code=settings["vector_code"],
             periodic=bool((self._state.period > 0).any()),
-            clumps=clumps,
+            clumps=clumps or self._state.clumps is not None,
+            turning=turning,
         )
 
     def set_interaction(self, a: str, b: str, interaction: Interaction) -> None:
@@ -216,10 +222,22 @@ class Simulation:
         allowed = f"at most {most:.3g} for {a!r} on {b!r}"
         require(self.time_step_s <= most, "time_step_s", self.time_step_s, allowed)
 
-    def add_wall(self, wall: Wall) -> None:
-        """Add a wall to the simulation; its name must be new and its material known."""
+    def add_wall(self, wall: Wall | Body) -> None:
+        """Add a wall or a body, which are the same; its name must be new and its material known.
+
+        Raises
+        ------
+        ValueError : the above; a mesh whose size or walls make no sense beside the grains, or that stands in grains.
+        """
+        wall = wall.as_wall() if isinstance(wall, Body) else wall
+        require(bool(wall.name), "wall name", repr(wall.name), "a name")
         require(wall.material in self.materials, f"material of wall {wall.name!r}", wall.material, f"one of {list(self.materials)}")
         require(wall.name not in self.wall_names, "wall name", repr(wall.name), "a name that no other wall has")
+        if may_turn(wall):
+            self._ensure_compiled(turning=True)
+        if isinstance(wall, Mesh):
+            check_beside_grains(wall, min(self.smallest_radii_m.values()))
+            check_surroundings([wall], -math.inf, self._state.places[:, :3], self._state.places[:, RADIUS])
         self._state.add_wall(wall)
 
     def remove_wall(self, name: str) -> None:
@@ -250,6 +268,13 @@ class Simulation:
         """Give a wall a new prescribed velocity."""
         require_vector(velocity_m_s, 3, f"velocity_m_s of wall {name!r}")
         self._state.bodies.velocity[self._wall_index(name)] = velocity_m_s
+
+    def turn_wall(self, name: str, angular_velocity_rad_s: tuple[float, float, float]) -> None:
+        """Give a wall a new prescribed rate of turn; one that is driven keeps its drive."""
+        w = self._wall_index(name)
+        wall = replace(self.wall(name), angular_velocity_rad_s=angular_velocity_rad_s)
+        self._ensure_compiled(turning=True)
+        self._state.replace_walls([wall if k == w else self._state.wall(k) for k in range(len(self.wall_names))])
 
     def add_factory(self, factory: Factory) -> None:
         """Have a factory make its grains when the clock reaches its time."""
@@ -409,18 +434,20 @@ class Simulation:
         require(n_steps >= 0, "n_steps", n_steps, "zero or positive")
         state = self._state
         check_ready(state, self._runner.skin + self._runner.reach_m)
-        forces = np.zeros((len(state.walls), 3))
+        loads = np.zeros((len(state.walls), 6))
         remaining = n_steps
         while remaining:
             large = self.n_grains >= SORT_FROM
             if large and self.n_steps % SORT_STEPS == 0:
                 self._runner.sort_in_space()
             chunk = min(remaining, SORT_STEPS - self.n_steps % SORT_STEPS) if large else remaining
-            forces += self._runner.steps(chunk) * chunk
+            loads += self._runner.steps(chunk) * chunk
             state.n_steps += chunk
             state.time_s += chunk * self.time_step_s
             remaining -= chunk
-        state.mean_wall_forces_n = dict(zip(self.wall_names, forces / max(n_steps, 1), strict=True))
+        loads /= max(n_steps, 1)
+        state.mean_wall_forces_n = dict(zip(self.wall_names, loads[:, :3], strict=True))
+        state.mean_wall_torques_n_m = dict(zip(self.wall_names, loads[:, 3:], strict=True))
         check_finite(state)
         self._let_grains_leave()
         self._run_factories()
@@ -489,6 +516,14 @@ class Simulation:
     def mean_wall_forces_n(self) -> dict[str, np.ndarray]:
         """Wall -> mean force (3,) of the grains on it during the last call of `advance`."""
         return self._state.mean_wall_forces_n
+
+    @property
+    def mean_wall_torques_n_m(self) -> dict[str, np.ndarray]:
+        """Wall -> mean torque (3,) of the grains on it about its pivot during the last call of `advance`.
+
+        The pivot of a mesh is its origin. Zero in a simulation without meshes and walls that turn.
+        """
+        return self._state.mean_wall_torques_n_m
 
     @property
     def grains(self) -> Grains:

@@ -13,7 +13,11 @@ from dem.lists import storage
 from dem.lists.blocks import LINE
 from dem.lists.slabs import SLABS, max_slabs
 from dem.lists.storage import STALE, Lists, Neighbours, Widths
-from dem.shapes import Wall
+from dem.meshes.search import Grid, grid_of, no_grid
+from dem.meshes.triangles import Triangles, assembled
+from dem.poses import Poses, Rigid, arms, poses_of
+from dem.shapes import Mesh, Wall, may_turn
+from dem.shapes.mesh import part
 from dem.step.loop import CONTACTS_FULL, PAIRS_FULL, SURFACE_PAIRS_FULL
 from dem.step.motion import kinetic_energy
 
@@ -47,6 +51,7 @@ class SimulationState:
     walls: list[Wall] = field(default_factory=list)
     factories: list[Factory] = field(default_factory=list)
     mean_wall_forces_n: dict[str, np.ndarray] = field(default_factory=dict)
+    mean_wall_torques_n_m: dict[str, np.ndarray] = field(default_factory=dict)
     glued: Glued = field(default_factory=no_glued)
     clumps: Clumps | None = None
 
@@ -54,6 +59,10 @@ class SimulationState:
         self.bodies: Bodies
         self.surfaces: Surfaces
         self.bodies, self.surfaces = arrays_of([], self.material_index)
+        self.poses: Poses | None = None
+        self.triangles: Triangles
+        self.grid: Grid
+        self.triangulate()
         self.allocate(GrainArrays(np.zeros(0), np.zeros(0), np.zeros(0)), np.zeros(0, np.int64), np.zeros(0, np.int64))
 
     # --- grains ---------------------------------------------------------------------------------------------------
@@ -112,7 +121,8 @@ class SimulationState:
 
     def scene(self) -> Scene:
         """Bodies, surfaces, gravity and period, for the kernels."""
-        return Scene(self.bodies, self.surfaces, self.glued, self.clumps, self.gravity, self.period)
+        rigid = None if self.poses is None else Rigid(self.poses, self.triangles, self.grid)
+        return Scene(self.bodies, self.surfaces, self.glued, self.clumps, rigid, self.gravity, self.period)
 
     def allocate(self, grains: GrainArrays, material: np.ndarray, ids: np.ndarray) -> None:
         """Copy grains into arrays of their own, with zero loads and empty lists."""
@@ -125,7 +135,7 @@ class SimulationState:
         capacity = int(n * PAIRS_PER_GRAIN) + 64
         pairs = self.new_pairs(capacity, storage.contact_capacity(n, CONTACT_SHARE * capacity))
         surfaces = self.new_surface_pairs(int(n * SURFACE_PAIRS_PER_GRAIN) + 64)
-        self.lists = Lists(pairs, surfaces, origin=np.zeros((n, 3)), age=np.full(2, STALE))
+        self.lists = Lists(pairs, surfaces, origin=np.zeros((n, 3)), age=np.full(3, STALE))
 
     def restructure(
         self, selected: np.ndarray, new_grains: GrainArrays | None = None, new_material=(), new_clumps: NewClumps | None = None
@@ -150,7 +160,7 @@ class SimulationState:
         self.clumps = records.selected(self.clumps, number, new_clumps, self.n_grains)
         self.exchanged_j += self.held_by_grains_j() - held_j
         stays = number[self.glued.grain] >= 0
-        self.glued = Glued(number[self.glued.grain[stays]], self.glued.body[stays])
+        self.glued = Glued(number[self.glued.grain[stays]], self.glued.body[stays], self.glued.arm[stays])
 
     def glue(self, numbers: np.ndarray, body: int) -> None:
         """Make grains part of a body, a clump with any of its members as a whole; numbers are those in the order of addition."""
@@ -165,7 +175,9 @@ class SimulationState:
         remainder[indices, FREE] = 0.0
         self.exchanged_j += self.held_by_grains_j() - held_j
         carriers = np.full(len(indices), body, np.int64)
-        self.glued = Glued(np.concatenate([self.glued.grain, indices]), np.concatenate([self.glued.body, carriers]))
+        grains, carriers = np.concatenate([self.glued.grain, indices]), np.concatenate([self.glued.body, carriers])
+        places = arms(self.poses, carriers[-len(indices) :], self.places[indices, :3]) if len(indices) else np.zeros((0, 3))
+        self.glued = Glued(grains, carriers, np.concatenate([self.glued.arm, places]))
         self.mark_stale()
 
     # --- walls ----------------------------------------------------------------------------------------------------
@@ -176,8 +188,7 @@ class SimulationState:
 
     def add_wall(self, wall: Wall) -> None:
         """Append a wall."""
-        self.walls = [self.wall(w) for w in range(len(self.walls))] + [wall]
-        self.bodies, self.surfaces = arrays_of(self.walls, self.material_index)
+        self.replace_walls([self.wall(w) for w in range(len(self.walls))] + [wall])
         outer = self.lists.surfaces
         contacts = storage.new_contacts(*self.surface_capacity(len(outer.outer.partner)), self.widths)
         self.lists = self.lists._replace(surfaces=outer._replace(contacts=contacts))
@@ -185,12 +196,31 @@ class SimulationState:
 
     def remove_wall(self, gone: int) -> None:
         """Remove wall `gone`; contacts with the others keep their history."""
-        self.walls = [self.wall(w) for w in range(len(self.walls)) if w != gone]
-        self.bodies, self.surfaces = arrays_of(self.walls, self.material_index)
+        begin, end = self.triangles.first_key[gone : gone + 2]
         self.glued = self.glued._replace(body=np.where(self.glued.body > gone, self.glued.body - 1, self.glued.body))
+        self.replace_walls([self.wall(w) for w in range(len(self.walls)) if w != gone])
         partner = self.lists.surfaces.outer.partner
-        partner[:] = np.where(partner > gone, partner - 1, np.where(partner == gone, -1, partner))
+        partner[:] = np.where(partner >= end, partner - (end - begin), np.where(partner >= begin, -1, partner))
         self.mark_stale()
+
+    def replace_walls(self, walls: list[Wall]) -> None:
+        """Take other walls; they may turn from the first that does on, or that is a mesh."""
+        turning = self.poses is not None or any(may_turn(wall) for wall in walls)
+        self.walls = walls
+        self.bodies, self.surfaces = arrays_of(walls, self.material_index)
+        self.poses = poses_of(walls) if turning else None
+        self.triangulate()
+        self.glued = self.glued._replace(arm=arms(self.poses, self.glued.body, self.places[self.glued.grain, :3]))
+
+    def triangulate(self) -> None:
+        """Take the triangles of the walls; the grid follows when the largest grain is known."""
+        self.triangles = assembled([part(wall) if isinstance(wall, Mesh) else None for wall in self.walls])
+        self.grid = no_grid(len(self.walls))
+
+    def prepare_grid(self, cutoff: float) -> None:
+        """Have a grid that finds all triangles within a cutoff in m of a grain's centre."""
+        if self.poses is not None and self.grid.cutoff[0] < cutoff:
+            self.grid = grid_of(self.triangles, cutoff)
 
     # --- lists ----------------------------------------------------------------------------------------------------
 

@@ -9,9 +9,9 @@ import pytest
 from virtual_soil.calibration.errors import CalibrationError
 from virtual_soil.campaign.experiments.common import engine_of, soil_of
 from virtual_soil.campaign.experiments.draw_down import declared, measure, simulate
+from virtual_soil.campaign.grains import grain_table
 from virtual_soil.campaign.sections import Study
 from virtual_soil.campaign.settings import defaults
-from virtual_soil.campaign.simulate import grain_table
 from virtual_soil.report.experiments import draw_down as described
 
 RUN = {"status": "done", "draw_down_left_deg": 30.0, "draw_down_right_deg": 34.0, "slope_least_deg": 12.0}

@@ -10,9 +10,9 @@ import pytest
 from dem.experiments import cut_slope
 from virtual_soil.campaign.experiments.common import engine_of, soil_of, time_step_s
 from virtual_soil.campaign.experiments.slope import declared, measure, simulate
+from virtual_soil.campaign.grains import grain_table
 from virtual_soil.campaign.sections import Study
 from virtual_soil.campaign.settings import defaults
-from virtual_soil.campaign.simulate import grain_table
 from virtual_soil.report.experiments import slope as described
 
 RUN = {"status": "done", "stands_deg": 52.0, "falls_deg": 53.0, "slope_height_m": 0.012}

@@ -18,6 +18,22 @@ def test_a_dimer_has_the_closed_forms_volume_and_moments():
     assert dimer.bounding_ratio / r == pytest.approx(1.5, rel=1e-12)
 
 
+@pytest.mark.parametrize("aspect_ratio", [1.01, 1.5, 2.0])
+def test_a_dimer_is_as_long_over_its_width_as_stated(aspect_ratio):
+    (x, _, _, r), (far, *_) = dem.Clump.dimer(aspect_ratio).spheres
+    assert (abs(far - x) + 2.0 * r) / (2.0 * r) == pytest.approx(aspect_ratio)
+    assert (dem.Clump.dimer(1.5).spheres, dem.Clump.dimer(1.5).moments) == (
+        dem.Clump.preset("dimer").spheres,
+        dem.Clump.preset("dimer").moments,
+    )
+
+
+@pytest.mark.parametrize("aspect_ratio", [1.0, 2.1, -1.0, math.nan])
+def test_a_dimer_of_no_or_of_two_spheres_is_refused(aspect_ratio):
+    with pytest.raises(ValueError, match="aspect ratio of a dimer is .*; allowed: above 1 .*at most 2"):
+        dem.Clump.dimer(aspect_ratio)
+
+
 def test_columns_agree_with_exact_pairs_in_any_direction():
     rng = np.random.default_rng(1)
     for _ in range(8):

@@ -74,7 +74,7 @@ def test_the_rate_is_that_of_the_flow_and_near_the_law_of_beverloo(drained):
 
 
 def test_the_rate_grows_with_the_free_width_as_beverloo_says(drained):
-    """Exponent 3/2 of the width without 1.4 diameters, or 1.9 in boxes as small as these (docs/decisions/11); a fluid has 1."""
+    """Exponent 3/2 of the width without 1.4 diameters, or 1.9 in boxes as small as these (docs/decisions/12); a fluid has 1."""
     wide = dataclasses.replace(SETUP, length_ratio=60.0, slot_ratio=20.0)
     flow = draw_down.run(SOIL, wide, ENGINE, 1)
     widths = np.log((20.0 - 2.8) / (12.0 - 2.8))

@@ -173,9 +173,9 @@ def test_a_shape_is_one_module_and_its_entry_in_the_list(copy):
     (package / "shapes" / "ball.py").write_text(SHAPE)
     edit(
         package / "shapes" / "__init__.py",
-        ("from dem.shapes import box, tube", "from dem.shapes import ball, box, tube"),
-        ("SHAPES = (box, tube)", "SHAPES = (box, tube, ball)"),
-        ("KINDS = BOX, TUBE =", "KINDS = BOX, TUBE, BALL ="),
+        ("from dem.shapes import box, mesh, tube", "from dem.shapes import ball, box, mesh, tube"),
+        ("SHAPES = (box, tube, mesh)", "SHAPES = (box, tube, mesh, ball)"),
+        ("KINDS = BOX, TUBE, MESH =", "KINDS = BOX, TUBE, MESH, BALL ="),
         ("        return box.separation(x, y, z, g)\n", SEPARATION),
         ("        box.separate(g, places, n, b)\n", SEPARATE),
     )

@@ -665,7 +665,7 @@ def test_contacts_with_walls_stand_wall_by_wall_and_keep_their_history():
     state, model = simulation._state, simulation._runner.model
     outer, _, contacts = state.lists.surfaces
     outer.history[:] = kept = np.random.default_rng(1).normal(size=outer.history.shape).astype(outer.history.dtype)
-    surfaces.prune_surfaces(state.view(), state.surfaces, state.lists, 0.1 * RADIUS_M, model)
+    surfaces.prune_surfaces(state.view(), state.surfaces, None, state.lists, 0.1 * RADIUS_M, model, None)
     assert contacts.count.tolist() == [side**2, 0, side**2, side]
     used = []
     for w, wall in enumerate(state.walls):

@@ -33,10 +33,13 @@ def config():
 
 @pytest.fixture
 def make_card(config):
-    """A card of the optimum with changes to it, and to the configuration: make_card(engine={...}, repose={...})."""
+    """A card of the optimum with changes to it, and to the configuration: make_card(engine={...}, repose={...}).
 
-    def make(optimum=None, **changes):
+    clump : shape of the grains.
+    """
+
+    def make(optimum=None, clump=None, **changes):
         changed = config | {k: config[k] | v for k, v in changes.items()}
-        return material_card(OPTIMUM | (optimum or {}), SIMULATED, changed, PROVENANCE, RESPONSES)
+        return material_card(OPTIMUM | (optimum or {}), SIMULATED, changed, PROVENANCE, RESPONSES, clump)
 
     return make

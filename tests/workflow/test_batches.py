@@ -13,8 +13,9 @@ from virtual_soil.campaign import batches, simulate
 from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.cost import expected_s
 from virtual_soil.campaign.experiments.registry import BY_NAME
+from virtual_soil.campaign.grains import empty_grains
 from virtual_soil.campaign.measure import measured_table
-from virtual_soil.campaign.simulate import empty_grains, one_row, run_batch
+from virtual_soil.campaign.simulate import one_row, run_batch
 from virtual_soil.campaign.study import design_rows, experiment_settings, simulations
 from virtual_soil.campaign.tables import TableError, folder_of, read_simulation, read_simulations, read_table, write_table
 

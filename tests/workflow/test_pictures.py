@@ -14,7 +14,7 @@ import grains_vtu
 from dem import Box, Grains, Tube
 from virtual_soil.campaign import recording
 from virtual_soil.campaign.code import ROOT
-from virtual_soil.campaign.simulate import empty_grains, grain_table
+from virtual_soil.campaign.grains import empty_grains, grain_table
 from virtual_soil.campaign.study import base_simulation, design_rows, experiment_settings
 from virtual_soil.campaign.tables import TableError, write_table
 from virtual_soil.report import film
@@ -41,6 +41,17 @@ def test_grains_that_fell_off_the_plate_do_not_change_the_others_numbers():
     for time_s, grains in ((0.0, before), (0.01, after), (0.02, after)):
         shot(SimpleNamespace(grains=grains, time_s=time_s, wall_names=[]), "lift")
     assert [frame.numbers.tolist() for frame in shot.frames] == [[0, 1, 2, 3, 4], [0, 2, 4], [0, 2, 4]]
+
+
+def test_clumps_that_fell_off_the_plate_are_gone_with_all_their_spheres():
+    """One clump's upper sphere is higher than the spheres of those that stay."""
+    before = grains_at([[0, 0, 0.2], [0, 0, 0.2], [9, 0, 0.3], [9, 0, -0.9], [1, 0, 0.1], [1, 0, 0.1]])
+    after = grains_at([[0, 0, 0.2], [0, 0, 0.2], [1, 0, 0.1], [1, 0, 0.1]])
+    assert recording.still_there(before, after, 0.0, n_spheres=2).tolist() == [0, 1, 4, 5]
+    shot = recording.Film("lift", n_spheres=2)
+    for time_s, grains in ((0.0, before), (0.01, after)):
+        shot(SimpleNamespace(grains=grains, time_s=time_s, wall_names=[]), "lift")
+    assert shot.frames[1].numbers.tolist() == [0, 1, 4, 5]
 
 
 def test_a_film_shows_one_stage_evenly_from_its_first_look_to_its_last():

@@ -14,6 +14,7 @@ import yaml
 from snakemake.api import SnakemakeApi
 from snakemake.settings.types import ConfigSettings, ResourceSettings
 
+import compile_kernels
 from virtual_soil.campaign import generate, settings, yamls
 from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.experiments import MODULES, module_of
@@ -55,6 +56,8 @@ OTHERS = {
     **{f"grading.{key}": None for key in ("sieve_diameters_m", "sieve_passing")},
     "shear.stresses": None,  # see test_study: the fixed ones are too small for boxes of large grains
     "design.geometry": None,  # see the test of its own: 3000 grains of 500 um do not fit into the tube of 50 um
+    "material.shape": "tetra",
+    "material.aspect_ratio": None,  # of dimers only, see test_shapes
     "insist": None,  # no result depends on it
     "experiments": None,  # see the test of its own: soils and weights go with them
     "screening.response": None,  # a response of another experiment has no base runs in this study
@@ -263,3 +266,13 @@ def test_numbers_that_are_wrong_by_magnitudes_are_refused_unless_insisted_on(key
     named = re.findall(r"insist: \[(.+?)\]", str(refused.value))
     assert named
     check_config(config | {"insist": named})
+
+
+@pytest.mark.parametrize(("clumps", "variants"), [(False, {False}), (True, {False, True})])
+def test_the_kernels_of_clumps_are_compiled_for_studies_of_clumps(monkeypatch, tmp_path, clumps, variants):
+    """Those without are needed, too: a simulation is set up before its clumps are added."""
+    asked = []
+    monkeypatch.setattr("dem.compiled.ensure", lambda **chosen: asked.append(chosen))
+    compile_kernels.main(complete()["engine"], ["none", "constant"], clumps, str(tmp_path / "kernels.txt"))
+    wanted = {(law, variant) for law in ("none", "constant") for variant in variants}
+    assert {(chosen["adhesion"], chosen["clumps"]) for chosen in asked} == wanted

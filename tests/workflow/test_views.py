@@ -15,6 +15,7 @@ from virtual_soil.campaign.stored import stored
 from virtual_soil.campaign.tables import stack_tables, write_table
 from virtual_soil.report import pack, views
 from virtual_soil.report.experiments import repose
+from virtual_soil.report.study import before_and_after
 
 MATERIAL = {
     "radius_m": 5e-5, "static_friction": 0.3, "rolling_friction": 0.1, "density_kg_m3": 3000.0, "poisson_ratio": 0.2,
@@ -85,6 +86,23 @@ def test_grains_that_do_not_quite_touch_are_no_contact():
     assert views.coordination(grains([[0, 0, 0], [0.00201, 0, 0]])).tolist() == [0, 0]
     assert views.coordination(grains([[0, 0, 0], [0.00201, 0, 0]], [1e-3, 1.02e-3])).tolist() == [1, 1]
     assert views.coordination(grains(np.zeros((0, 3)))).tolist() == []
+
+
+def test_spheres_of_one_clump_are_no_contact_and_a_clump_has_those_of_all_its_spheres():
+    """Three dimers in a row: each overlaps itself, and touches the next."""
+    row = grains([[0.00149 * k, 0, 0] for k in range(6)], 1e-3).assign(x_m=[0, 0.001, 0.0029, 0.0039, 0.0058, 0.0068])
+    assert views.coordination(row.assign(clump=[0, 0, 1, 1, 2, 2])).tolist() == [1, 1, 2, 2, 1, 1]
+    assert views.coordination(row).tolist() == [1, 2, 2, 2, 2, 1]
+
+
+def test_the_heap_s_picture_and_its_table_count_clumps():
+    spheres = grains([[0.001 * k, 0, 1e-3] for k in range(6)], 1e-3)
+    dimers = spheres.assign(clump=[0, 0, 1, 1, 2, 2], clump_radius_m=1.19e-3)
+    for state, words in ((spheres, "6 grains of 1 mm"), (dimers, "3 grains of 1.19 mm")):
+        left, _ = repose.heap(state, state, 0.0, 5e-3).axes
+        assert words in left.get_title()
+    assert {"clump", "clump_radius_m"} < set(before_and_after(dimers, dimers))
+    assert "clump" not in before_and_after(spheres, spheres)
 
 
 def test_the_way_of_grains_is_unknown_where_some_were_lost():

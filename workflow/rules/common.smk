@@ -32,6 +32,7 @@ from virtual_soil.campaign.experiments.registry import (
     chosen,
     with_optional,
 )
+from virtual_soil.campaign.experiments.shapes import resolved, screened_factors
 from virtual_soil.campaign.folders import check_folders
 from virtual_soil.campaign.provenance import versions
 from virtual_soil.campaign.sections import LIMITS, Study
@@ -59,7 +60,7 @@ from virtual_soil.campaign.variables import (
     with_walls,
 )
 from virtual_soil.errors import InputError
-from virtual_soil.exports import PROGRAMS
+from virtual_soil.exports import PROGRAMS, SHAPE_FILES
 
 
 def in_words(function, *arguments):
@@ -97,7 +98,9 @@ config.update(in_words(follow_cohesion, config, SOIL_FILES))
 config["engine"] = with_gravity(config["engine"])
 config["shear"]["curve"] = in_words(laboratory_curve, config, SOIL_FILES)
 config["experiments"] = with_optional(config)
+config["shape"] = in_words(resolved, config)
 config["material"] = with_walls(config)
+config["screening"]["factors"] = screened_factors(config)
 config["design"] = in_words(normal_form, config)
 config["twins"], LEFT_OUT = fitting_twins(config)
 print(*LEFT_OUT, sep="\n", end="\n" if LEFT_OUT else "", file=sys.stderr)
@@ -155,7 +158,7 @@ COMPARED_BY = {
 }
 # Sections that say how the simulations of a later stage are made.
 SIMULATED_BY = (
-    *("experiments", "material", "grading", "design", *TESTS, "engine"),
+    *("experiments", "material", "shape", "grading", "design", *TESTS, "engine"),
     *("repose_test", "shear_test", "slope_test", "draw_down_test"),
 )
 # Least scales of the responses' errors.
@@ -168,6 +171,8 @@ FLOORS = {
 # The code fingerprint does not cover the templates and the card's schema, so they are input files.
 CASES = [case["case"] for case in config["optimise"]["cases"]]
 EXPORT_FILES = [name for name, _ in PROGRAMS.values()]
+# Further files of grains that are clumps.
+CLUMP_FILES = list(SHAPE_FILES) if config["shape"] else []
 EXPORT_TEMPLATES = [
     file_of_checkout(f"src/virtual_soil/exports/{name}", CHECKOUT)
     for name in (

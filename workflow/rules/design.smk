@@ -27,6 +27,7 @@ rule compile_kernels:
         engine=ENGINE,
         settings=config["engine"],
         adhesion=adhesion_laws(config),
+        clumps=config["shape"] is not None,
         code=CODE.of_script("compile_kernels"),
     message:
         "Compile the engine's kernels once, before the simulations start."

@@ -8,7 +8,9 @@ rule export:
         templates=EXPORT_TEMPLATES,
     output:
         card=f"{RESULTS}/export/{{case}}/material.json",
-        inputs=[f"{RESULTS}/export/{{case}}/{name}" for name in EXPORT_FILES],
+        inputs=[
+            f"{RESULTS}/export/{{case}}/{name}" for name in EXPORT_FILES + CLUMP_FILES
+        ],
     log:
         f"{LOGS}/export/{{case}}.log",
     params:

@@ -1,17 +1,20 @@
 """Adapt rule `compile_kernels` to `dem.compiled`: compile the campaign's kernels once, before the jobs start."""
 
+import itertools
+
 from _log import log_to
 from dem import compiled, jit
 from virtual_soil.campaign.files import write_text
 
 
-def main(settings, laws, marker):
+def main(settings, laws, clumps, marker):
     chosen = {name: settings[name] for name in compiled.Variant._fields if name in settings}
-    for adhesion in laws:
-        compiled.ensure(**chosen | {"adhesion": adhesion})
+    # a simulation is set up without clumps, which are added to it
+    for adhesion, with_clumps in itertools.product(laws, (False, True) if clumps else (False,)):
+        compiled.ensure(**chosen | {"adhesion": adhesion, "clumps": with_clumps})
     write_text(marker, f"kernels of source {jit.source_hash()} are compiled\n")
 
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
-    main(snakemake.params.settings, snakemake.params.adhesion, snakemake.output.marker)
+    main(snakemake.params.settings, snakemake.params.adhesion, snakemake.params.clumps, snakemake.output.marker)

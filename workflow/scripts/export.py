@@ -6,6 +6,7 @@ from pathlib import Path
 from _log import log_to
 from virtual_soil import exports
 from virtual_soil.campaign.experiments.registry import responses_of
+from virtual_soil.campaign.experiments.shapes import clump_of
 from virtual_soil.campaign.files import write_text
 from virtual_soil.campaign.tables import read_table
 
@@ -16,7 +17,8 @@ def main(case, files, params, folder):
     simulated = verification[verification["case"] == case].to_dict("records")
     known = responses_of(params.config["experiments"]).values()
     responses = {response.column: response.unit for response in known if response.column in calibration}
-    card = exports.material_card(optimum, simulated, params.config, params.provenance, responses)
+    clump = clump_of({**params.config["material"], **optimum}, params.config)
+    card = exports.material_card(optimum, simulated, params.config, params.provenance, responses, clump)
     folder = Path(folder)
     write_text(folder / "material.json", json.dumps(card, indent=2) + "\n")
     for name, text in exports.inputs(card).items():

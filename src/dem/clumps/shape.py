@@ -37,7 +37,7 @@ PRESETS: dict[str, list[tuple[float, float, float]]] = {
 
 @dataclass(frozen=True)
 class Clump(Rich):
-    """Shape of a rigid union of spheres. Make one by `preset`, `read` or `of_spheres`.
+    """Shape of a rigid union of spheres. Make one by `preset`, `dimer`, `read` or `of_spheres`.
 
     Attributes
     ----------
@@ -54,6 +54,14 @@ class Clump(Rich):
         """The preset of that name; ValueError if there is none."""
         require(name in PRESETS, "preset of a clump", repr(name), f"one of {list(PRESETS)}")
         return cls.of_spheres([(*centre, 1.0) for centre in PRESETS[name]], name=name)
+
+    @classmethod
+    def dimer(cls, aspect_ratio: float) -> "Clump":
+        """Two equal spheres, by length over width: above 1, at most 2 (they touch); the preset has 1.5. ValueError beyond."""
+        allowed = "above 1 (a sphere), at most 2 (touching spheres)"
+        require(1.0 < aspect_ratio <= 2.0, "aspect ratio of a dimer", aspect_ratio, allowed)
+        half = aspect_ratio - 1.0
+        return cls.of_spheres([(-half, 0.0, 0.0, 1.0), (half, 0.0, 0.0, 1.0)], name=f"dimer of aspect ratio {aspect_ratio:g}")
 
     @classmethod
     def read(cls, path: str | Path) -> "Clump":

@@ -12,7 +12,7 @@ from typing import cast
 
 import numpy as np
 
-from dem import Box, Factory, Grains, Rich, Simulation, SimulationError, Tube, TubeRegion
+from dem import Box, Grains, Rich, Simulation, SimulationError, Tube, TubeRegion
 from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.state import State, steps_in
 
@@ -62,6 +62,8 @@ class Setup(Rich):
 class Heap(Rich):
     """Results of the test: status ("static", "time_limit", "flat" or "column"), grains before the lift and at the end, counts.
 
+    Of clumps the grains are their spheres, as in `dem.Simulation.grains`; n_lost counts clumps, and filled_radii_m has the radii of
+    equal volume of those before the lift (None: of the spheres).
     The energies are those of `dem.experiments.soil.energy_balance`.
     """
 
@@ -74,6 +76,7 @@ class Heap(Rich):
     max_overlap_ratio: float
     energy_dissipated_j: float = math.nan
     energy_residual_ratio: float = math.nan
+    filled_radii_m: np.ndarray | None = None
 
 
 def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
@@ -96,12 +99,12 @@ def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
             Box(name="plate", material="plate", low_m=(-half, -half, 0.0), high_m=(half, half, 0.0)),
             Tube(name="tube", material="tube", radius_m=tube_radius, bottom_m=0.0, top_m=1e3 * scale),
         ],
-        smallest_radius_m=soil.sizes.smallest_m,
+        smallest_radius_m=soil.smallest_sphere_m,
         floor_m=-2.0 * soil.sizes.largest_m,
         **options,
     )
     region = TubeRegion(radius_m=tube_radius, bottom_m=0.0)
-    simulation.add_factory(Factory(n_grains=setup.n_particles, region=region, sizes=soil.sizes, material="soil", seed=seed))
+    simulation.add_factory(soil.factory(setup.n_particles, region, seed))
     return simulation
 
 
@@ -116,18 +119,33 @@ def tube_is_clear(simulation: Simulation) -> bool:
 
 
 def is_flat(grains: Grains, n_particles: int) -> bool:
-    """True if the remaining grains of n_particles are too few or too low to have a slope."""
+    """True if the remaining grains of n_particles are too few or too low to have a slope; grains : see `Soil.wholes`."""
     few = len(grains) < LEAST_REMAINING_RATIO * n_particles
     return few or height_m(grains) < FLAT_HEIGHT_RATIO * 2.0 * float(grains.radii_m.mean())
 
 
 def is_column(grains: Grains, tube_radius_m: float) -> bool:
-    """True if so many grains are still within the tube's radius that they are no heap; of grains that stick."""
+    """True if so many grains are still within the tube's radius that they are no heap; of grains that stick (`Soil.wholes`)."""
     within = float((np.hypot(*grains.positions_m[:, :2].T) < tube_radius_m).mean())
     volume = 4.0 / 3.0 * math.pi * float((grains.radii_m**3).sum()) / SOLID_FRACTION
     foot = (3.0 * volume / (math.pi * math.tan(math.radians(COLUMN_DEG)))) ** (1.0 / 3.0)
     ratio = min(tube_radius_m / foot, 1.0)
     return within > max(COLUMN_SHARE, 3.0 * ratio**2 - 2.0 * ratio**3)
+
+
+def is_at_rest(simulation: Simulation, soil: Soil, gravity_m_s2: float) -> bool:
+    """True if the heap's kinetic energy is negligible (see `dem.Simulation.is_static`).
+
+    Of clumps only those count that stand on others: without rolling friction, which their shape stands in for, single ones roll on
+    over the plate and nothing stops them.
+    """
+    if soil.shape is None:
+        return simulation.is_static(STATIC_ENERGY_RATIO)
+    grains = soil.wholes(simulation.grains)
+    standing = grains.positions_m[:, 2] > 2.0 * grains.radii_m
+    mass, radius = grains.radii_m[standing] ** 3, grains.radii_m[standing]
+    energy = 0.5 * (mass * (grains.velocities_m_s[standing] ** 2).sum(axis=1)).sum()
+    return bool(energy <= STATIC_ENERGY_RATIO * gravity_m_s2 * (mass * radius).sum())
 
 
 def start(soil: Soil, setup: Setup, engine: Engine, seed: int) -> State:
@@ -142,7 +160,7 @@ def lift(state: State, soil: Soil, setup: Setup) -> None:
     """Have the tube rise from now on; the filled grains are remembered."""
     simulation = state.simulation
     if simulation.n_left:
-        raise SimulationError(f"{simulation.n_left} grains left the tube while it was filled")
+        raise SimulationError(f"{simulation.n_left // soil.n_spheres} grains left the tube while it was filled")
     state.note_grains("filled", simulation.grains)
     state.notes["lift_time_s"] = simulation.time_s
     simulation.set_interaction("soil", "soil", soil.interaction(adhesion=simulation.adhesion))
@@ -188,7 +206,7 @@ def run(
     if state.stage == "fill":
         state.go_on(look(lambda s: s.is_static(SETTLED_ENERGY_RATIO)), keep)
         lift(state, soil, setup)
-    at_rest = look(lambda s: tube_is_clear(s) and (is_flat(s.grains, n) or s.is_static(STATIC_ENERGY_RATIO)))
+    at_rest = look(lambda s: tube_is_clear(s) and (is_flat(soil.wholes(s.grains), n) or is_at_rest(s, soil, engine.gravity_m_s2)))
     ended = state.go_on(at_rest, keep)
     if not ended and not tube_is_clear(simulation):
         rim_mm, top_mm = 1e3 * cast(Tube, simulation.wall("tube")).bottom_m, 1e3 * simulation.top_m
@@ -196,17 +214,20 @@ def run(
             f"the tube is not clear of the grains at the time limit of {setup.max_time_s:.3g} s: its rim is {rim_mm:.3g} mm high, "
             f"the grains {top_mm:.3g} mm"
         )
-    if is_flat(simulation.grains, n):
+    grains = soil.wholes(simulation.grains)
+    if is_flat(grains, n):
         status = "flat"
-    elif soil.adhesive_stress_pa > 0.0 and is_column(simulation.grains, setup.tube_diameter_ratio * setup.scale_radius_m):
+    elif soil.adhesive_stress_pa > 0.0 and is_column(grains, setup.tube_diameter_ratio * setup.scale_radius_m):
         status = "column"
     else:
         status = "static" if ended else "time_limit"
+    filled = state.noted_grains("filled")
     return Heap(
         status=status,
-        filled=state.noted_grains("filled"),
+        filled=filled,
+        filled_radii_m=None if soil.shape is None else soil.wholes(filled).radii_m,
         grains=simulation.grains,
-        n_lost=simulation.n_left,
+        n_lost=simulation.n_left // soil.n_spheres,
         n_steps=simulation.n_steps,
         simulated_time_s=simulation.time_s - state.notes["lift_time_s"],
         max_overlap_ratio=state.notes["max_overlap_ratio"],

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dem import Box, BoxRegion, Factory, Grains, Rich, Simulation, SimulationError, packed, unpacked
+from dem import Box, BoxRegion, Grains, Rich, Simulation, SimulationError, packed, unpacked
 from dem.experiments.soil import Engine, Soil, energy_balance
-from dem.experiments.specimen import GLUE_REACH_RATIO, floor, rectangle
+from dem.experiments.specimen import floor, glue_reach_m, rectangle
 from dem.experiments.state import State, steps_in
 
 #: The bed is at rest at this kinetic energy (see `dem.Simulation.is_static`); at the latest after a number of the loose column's
@@ -157,12 +157,12 @@ def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
         interactions={("soil", "soil"): prepared, ("soil", "plate"): prepared, ("soil", "frame"): soil.interaction(0.0, 0.0)},
         walls=[floor(), wall("back", 0.0, setup), wall("front", setup.length_m, setup)],
         period_m=(0.0, setup.thickness_m, 0.0),
-        smallest_radius_m=soil.sizes.smallest_m,
+        smallest_radius_m=soil.smallest_sphere_m,
         floor_m=-2.0 * soil.sizes.largest_m,
         **options,
     )
     region = BoxRegion(low_m=(0.0, 0.0), high_m=(setup.length_m, setup.thickness_m), bottom_m=0.0, periodic_y=True)
-    simulation.add_factory(Factory(n_grains=n_grains(soil, setup), region=region, sizes=soil.sizes, material="soil", seed=seed))
+    simulation.add_factory(soil.factory(n_grains(soil, setup), region, seed))
     return simulation
 
 
@@ -175,10 +175,11 @@ def start(soil: Soil, setup: Setup, engine: Engine, seed: int) -> State:
 
 def note_bed(state: State, soil: Soil, setup: Setup, engine: Engine) -> None:
     """Glue the lowest layer to the floor, and remember the settled bed with its contacts: every cut starts from it."""
-    simulation, grains = state.simulation, state.simulation.grains
+    simulation, spheres = state.simulation, state.simulation.grains
+    grains = soil.wholes(spheres)
     bottom = FLOOR_LAYER * soil.radius_m
     level = min(bottom + setup.height_m, float(np.quantile(grains.positions_m[:, 2], FULL)))
-    simulation.glue(np.flatnonzero(grains.positions_m[:, 2] < (1.0 + GLUE_REACH_RATIO) * grains.radii_m), "floor")
+    simulation.glue(np.flatnonzero(spheres.positions_m[:, 2] < glue_reach_m(soil, spheres)), "floor")
     state.notes |= {
         "bed": packed(simulation),
         "bottom_m": bottom,
@@ -195,7 +196,7 @@ def note_bed(state: State, soil: Soil, setup: Setup, engine: Engine) -> None:
 
 
 def core_solid_fraction(grains: Grains, setup: Setup, level_m: float) -> float:
-    """Solid fraction of the settled bed, away from floor, surface and end walls."""
+    """Solid fraction of the settled bed (`Soil.wholes`), away from floor, surface and end walls."""
     margin = CORE_MARGIN_RADII * float(grains.radii_m.mean())
     low, high = np.array([margin, CORE_MARGIN * level_m]), np.array([setup.length_m - margin, (1.0 - CORE_MARGIN) * level_m])
     places = grains.positions_m[:, [0, 2]]
@@ -209,20 +210,21 @@ def cut(state: State, soil: Soil, setup: Setup, engine: Engine, angle_deg: float
     simulation = state.simulation = unpacked(np.asarray(notes["bed"]))
     for other in ("soil", "plate"):
         simulation.set_interaction("soil", other, soil.interaction(adhesion=simulation.adhesion))
-    x, _, z = simulation.grains.positions_m.T
+    x, _, z = soil.wholes(simulation.grains).positions_m.T
     run_m = (notes["level_m"] - notes["bottom_m"]) / math.tan(math.radians(angle_deg))
     down = np.clip((x - setup.crest_m) / run_m, 0.0, 1.0) if run_m > 1e-9 * setup.crest_m else (x > setup.crest_m).astype(float)
     surface = notes["level_m"] - down * (notes["level_m"] - notes["bottom_m"])
-    simulation.remove_grains(np.flatnonzero(z > surface))
+    simulation.remove_grains(soil.n_spheres * np.flatnonzero(z > surface))  # with a sphere its clump
     simulation.remove_wall("front")
     notes["angle_deg"] = angle_deg
     state.note_grains("cut", simulation.grains)
     state.begin("cut", steps_in(STAND_FALL_TIMES * fall_time_s(setup, engine), simulation))
 
 
-def moved_ratio(state: State, setup: Setup) -> float:
+def moved_ratio(state: State, soil: Soil, setup: Setup) -> float:
     """Volume of the grains that have moved since the cut, over the solid volume of the wedge below 45 degrees."""
-    before, now, notes = state.noted_grains("cut"), state.simulation.grains, state.notes
+    before, now = (soil.wholes(grains) for grains in (state.noted_grains("cut"), state.simulation.grains))
+    notes = state.notes
     step = now.positions_m - before.positions_m
     step[:, 1] -= setup.thickness_m * np.round(step[:, 1] / setup.thickness_m)
     far = np.linalg.norm(step, axis=1) > FALLEN_RADII * before.radii_m.mean()
@@ -230,9 +232,9 @@ def moved_ratio(state: State, setup: Setup) -> float:
     return 4.0 / 3.0 * math.pi * float((before.radii_m[far] ** 3).sum()) / wedge_m3
 
 
-def book(state: State, setup: Setup) -> None:
+def book(state: State, soil: Soil, setup: Setup) -> None:
     """Note how the cut ended."""
-    notes, simulation, moved = state.notes, state.simulation, moved_ratio(state, setup)
+    notes, simulation, moved = state.notes, state.simulation, moved_ratio(state, soil, setup)
     angle, fallen = notes["angle_deg"], moved > FALLEN_SHARE
     if fallen or not notes["fell"]:
         state.note_grains("before", state.noted_grains("cut"))
@@ -288,7 +290,7 @@ def run(
             if each is not None:
                 each(simulation, current.stage)
             if simulation.n_left:
-                raise SimulationError(f"{simulation.n_left} grains leaked out of the slope's box")
+                raise SimulationError(f"{simulation.n_left // soil.n_spheres} grains leaked out of the slope's box")
             return ended(current)
 
         return call
@@ -296,7 +298,7 @@ def run(
     def over(current):
         waited = current.simulation.time_s - current.notes["time_s"] >= fall_time_s(setup, engine)
         at_rest = waited and current.simulation.is_static(STATIC_ENERGY_RATIO)
-        return at_rest or moved_ratio(current, setup) > FALLEN_SHARE
+        return at_rest or moved_ratio(current, soil, setup) > FALLEN_SHARE
 
     notes = state.notes
     if state.stage == "settle":
@@ -307,7 +309,7 @@ def run(
     angle: float | None = notes["angle_deg"]
     while angle is not None:
         state.go_on(look(over), keep)
-        book(state, setup)
+        book(state, soil, setup)
         angle = next_angle_deg(notes["stood"], notes["fell"], setup.least_deg, setup.tolerance_deg)
         if angle is not None:
             cut(state, soil, setup, engine, angle)

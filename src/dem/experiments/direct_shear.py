@@ -97,7 +97,7 @@ def split(simulation: Simulation, setup: Setup, mid: float) -> None:
         simulation.add_wall(wall)
 
 
-def record(simulation: Simulation, setup: Setup, mid: float, displacement: float) -> dict[str, float]:
+def record(simulation: Simulation, soil: Soil, setup: Setup, mid: float, displacement: float) -> dict[str, float]:
     """One sample. The stress on the shear plane is what the upper half rests on: lid load, its own weight, less wall friction."""
     force = simulation.mean_wall_forces_n
     shear_force = -sum(force[name][0] for name in LOWER)
@@ -108,7 +108,7 @@ def record(simulation: Simulation, setup: Setup, mid: float, displacement: float
         "shear_force_n": shear_force,
         "shear_stress_pa": shear_force / setup.area_m2,
         "applied_normal_stress_pa": setup.normal_stress_pa,
-        "plane_normal_stress_pa": (carried + weight_above_n(simulation, mid)) / setup.area_m2,
+        "plane_normal_stress_pa": (carried + weight_above_n(simulation, soil, mid)) / setup.area_m2,
         "lid_height_m": lid_height_m(simulation),
     }
 
@@ -162,12 +162,13 @@ def run(
 
     def sampling(current):
         notes = current.notes
-        notes["samples"].append(record(simulation, setup, notes["mid_m"], speed * (simulation.time_s - notes["start_time_s"])))
+        displacement = speed * (simulation.time_s - notes["start_time_s"])
+        notes["samples"].append(record(simulation, soil, setup, notes["mid_m"], displacement))
         notes["max_overlap_ratio"] = max(notes["max_overlap_ratio"], simulation.largest_overlap_ratio())
         if each is not None:
             each(simulation, "shear")
         if simulation.n_left:
-            raise SimulationError(f"{simulation.n_left} grains leaked out of the shear box")
+            raise SimulationError(f"{simulation.n_left // soil.n_spheres} grains leaked out of the shear box")
         return False
 
     if state.stage == "consolidate":
@@ -183,15 +184,24 @@ def run(
         n_particles=notes["n_particles"],
         n_steps=simulation.n_steps,
         simulated_time_s=simulation.time_s,
-        solid_fraction=solid_fraction(before.radii_m, setup, top),
-        lid_slip_ratio=lid_slip(before, after, top, speed * (simulation.time_s - notes["start_time_s"]), soil.radius_m),
+        solid_fraction=solid_fraction(soil.wholes(before), setup, top),
+        lid_slip_ratio=lid_slip(
+            soil.wholes(before),
+            soil.wholes(after),
+            top,
+            speed * (simulation.time_s - notes["start_time_s"]),
+            soil.bounding_ratio * soil.radius_m,
+        ),
         max_overlap_ratio=notes["max_overlap_ratio"],
         **energy_balance(simulation, engine),
     )
 
 
 def lid_slip(before: Grains, after: Grains, top: float, distance: float, radius_m: float) -> float:
-    """Slip of the layer under the lid's glued grains along it, over the frame's displacement (0: no slip)."""
+    """Slip of the layer under the lid's glued grains along it, over the frame's displacement (0: no slip).
+
+    radius_m : of the spheres around the grains, so that no glued grain is in the layer.
+    """
     z = before.positions_m[:, 2]
     layer = (z < top - 2.0 * radius_m) & (z > top - 4.5 * radius_m)
     return float((after.positions_m[layer, 0] - before.positions_m[layer, 0]).mean() / distance)

@@ -15,9 +15,9 @@ from functools import cached_property
 
 import numpy as np
 
-from dem import Box, BoxRegion, Factory, Grains, Rich, Simulation, SimulationError
+from dem import Box, BoxRegion, Grains, Rich, Simulation, SimulationError
 from dem.experiments.soil import Engine, Soil, energy_balance
-from dem.experiments.specimen import GLUE_REACH_RATIO, rectangle
+from dem.experiments.specimen import glue_reach_m, rectangle
 from dem.experiments.state import LOOK_STEPS, State, steps_in
 from dem.material import require
 from dem.measure.draw_down import Slopes, slopes, steady_rate
@@ -28,8 +28,9 @@ from dem.measure.packing import slice_solid_fraction
 SETTLED_ENERGY_RATIO, SETTLE_FALL_TIMES = 1e-6, 12.0
 #: The end: this kinetic energy, and no grain has left for a number of free-fall times of the filling's height.
 STATIC_ENERGY_RATIO, QUIET_FALL_TIMES = 1e-8, 2.0
-#: Time limit of the flow in times that the whole filling would take at Beverloo's rate; slopes of rough grains creep.
-LIMIT_TIMES = 8.0
+#: Time limit of the flow: times that the whole filling would take at Beverloo's rate, and then free-fall times of its height, of
+#: which slopes take some 20 to come to rest.
+LIMIT_FLOWS, LIMIT_FALL_TIMES = 8.0, 40.0
 #: Solid fraction of poured grains, to choose their number and the time limit; the measured one is another.
 FILL_FRACTION = 0.57
 #: Law of Beverloo, Leniger & van de Velde (1961), Chem. Eng. Sci. 15, 260, for a round hole: 0.58 rho_b sqrt(g) (D - 1.4 d)^(5/2).
@@ -108,7 +109,8 @@ class DrawDown(Rich):
     "not_finished" if grains still moved or left at the time limit.
     before, after: grains of the filled box, and those that stay. time_s, mass_out_kg_m: since the gate was opened, and the mass
     that is through the slot then, per metre of the slot. n_out: grains that left. The energies are those of
-    `dem.experiments.soil.energy_balance`.
+    `dem.experiments.soil.energy_balance`. Of clumps, before and after list the spheres, as `dem.Simulation.grains` does,
+    n_particles and n_out count clumps, and filled_radii_m and left_radii_m are the radii of equal volume (None: of spheres).
     """
 
     status: str
@@ -124,6 +126,8 @@ class DrawDown(Rich):
     max_overlap_ratio: float
     energy_dissipated_j: float = math.nan
     energy_residual_ratio: float = math.nan
+    filled_radii_m: np.ndarray | None = None
+    left_radii_m: np.ndarray | None = None
 
     @property
     def history(self) -> dict[str, np.ndarray]:
@@ -140,12 +144,13 @@ class DrawDown(Rich):
         """Slopes that stay on both sides of the slot; nan unless the test is done: an arch or a wall is none."""
         setup, n = self.setup, len(self.after) if self.status == "done" else 0
         places, radii = self.after.positions_m[:n], self.after.radii_m[:n]
-        return slopes(places, radii, setup.length_m, setup.slot_m, setup.thickness_m)
+        return slopes(places, radii, setup.length_m, setup.slot_m, setup.thickness_m, self.left_radii_m)
 
     @cached_property
     def solid_fraction(self) -> float:
         """Solid fraction of the filled box, away from walls, floor and surface."""
-        return slice_solid_fraction(self.before.positions_m, self.before.radii_m, self.setup.length_m, self.setup.thickness_m)
+        setup, filled = self.setup, self.before
+        return slice_solid_fraction(filled.positions_m, filled.radii_m, setup.length_m, setup.thickness_m, self.filled_radii_m)
 
     @property
     def filled_height_m(self) -> float:
@@ -217,12 +222,12 @@ def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
         interactions={("soil", "soil"): prepared, ("soil", "plate"): prepared, ("soil", "frame"): soil.interaction(0.0, 0.0)},
         walls=walls(setup),
         period_m=(0.0, setup.thickness_m, 0.0),
-        smallest_radius_m=soil.sizes.smallest_m,
+        smallest_radius_m=soil.smallest_sphere_m,
         floor_m=-2.0 * soil.sizes.largest_m,
         **options,
     )
     region = BoxRegion(low_m=(0.0, 0.0), high_m=(setup.length_m, setup.thickness_m), bottom_m=0.0, periodic_y=True)
-    simulation.add_factory(Factory(n_grains=n_grains(soil, setup), region=region, sizes=soil.sizes, material="soil", seed=seed))
+    simulation.add_factory(soil.factory(n_grains(soil, setup), region, seed))
     return simulation
 
 
@@ -237,26 +242,30 @@ def open_gate(state: State, soil: Soil, setup: Setup, engine: Engine) -> None:
     """Glue the grains on the floor to it, give all their own friction, and remove the gate; the filled box is remembered."""
     simulation, grains = state.simulation, state.simulation.grains
     if simulation.n_left:
-        raise SimulationError(f"{simulation.n_left} grains leaked out of the draw-down box before its gate was opened")
+        raise SimulationError(
+            f"{simulation.n_left // soil.n_spheres} grains leaked out of the draw-down box before its gate was opened"
+        )
     state.note_grains("before", grains)
     left, right = setup.edges_m
-    x, on_floor = grains.positions_m[:, 0], grains.positions_m[:, 2] < (1.0 + GLUE_REACH_RATIO) * grains.radii_m
+    wholes, on_floor = soil.wholes(grains), grains.positions_m[:, 2] < glue_reach_m(soil, grains)
     # whole grains only: one that juts out would narrow the slot
-    simulation.glue(np.flatnonzero(on_floor & (x + grains.radii_m <= left)), "left floor")
-    simulation.glue(np.flatnonzero(on_floor & (x - grains.radii_m >= right)), "right floor")
+    x, r = (np.repeat(values, soil.n_spheres) for values in (wholes.positions_m[:, 0], soil.bounding_ratio * wholes.radii_m))
+    simulation.glue(np.flatnonzero(on_floor & (x + r <= left)), "left floor")
+    simulation.glue(np.flatnonzero(on_floor & (x - r >= right)), "right floor")
     for other in ("soil", "plate"):
         simulation.set_interaction("soil", other, soil.interaction(adhesion=simulation.adhesion))
     simulation.remove_wall("gate")
     state.notes |= {"opened_s": simulation.time_s, "time_s": [0.0], "mass_out_kg": [0.0], "last_out_s": 0.0}
-    state.begin("flow", steps_in(LIMIT_TIMES * flow_time_s(soil, setup, engine), simulation))
+    state.notes["filled_cubes_m3"] = float((wholes.radii_m**3).sum())
+    limit_s = LIMIT_FLOWS * flow_time_s(soil, setup, engine) + LIMIT_FALL_TIMES * fall_time_s(setup, engine)
+    state.begin("flow", steps_in(limit_s, simulation))
 
 
 def note_flow(state: State, soil: Soil) -> None:
     """Note the time since the gate was opened, and the mass that is through the slot."""
-    notes, grains = state.notes, state.simulation.grains
-    cubes = float((np.asarray(notes["before.radii_m"]) ** 3).sum()) - float(
-        (grains.radii_m[grains.positions_m[:, 2] >= 0.0] ** 3).sum()
-    )
+    notes, grains = state.notes, soil.wholes(state.simulation.grains)
+    inside = grains.positions_m[:, 2] >= 0.0
+    cubes = notes["filled_cubes_m3"] - float((grains.radii_m[inside] ** 3).sum())
     now, out = state.simulation.time_s - notes["opened_s"], soil.density_kg_m3 * 4.0 / 3.0 * math.pi * cubes
     if out > notes["mass_out_kg"][-1]:
         notes["last_out_s"] = now
@@ -325,19 +334,22 @@ def run(
         open_gate(state, soil, setup, engine)
     looks = steps_in(math.sqrt(setup.slot_m / engine.gravity_m_s2) / LOOKS, simulation)
     ended = state.go_on(look(flowed), keep, min(LOOK_STEPS, looks))
-    after, filled = simulation.grains, state.noted_grains("before")
-    out_share = 1.0 - float((after.radii_m**3).sum() / (filled.radii_m**3).sum())
+    after, before = simulation.grains, state.noted_grains("before")
+    left, filled = soil.wholes(after).radii_m, soil.wholes(before).radii_m
+    out_share = 1.0 - float((left**3).sum() / (filled**3).sum())
     return DrawDown(
         status=status_of(ended, after, out_share, setup),
         setup=setup,
-        before=filled,
+        before=before,
         after=after,
         time_s=np.array(notes["time_s"]),
         mass_out_kg_m=np.array(notes["mass_out_kg"]) / setup.thickness_m,
         n_particles=len(filled),
-        n_out=simulation.n_left,
+        n_out=simulation.n_left // soil.n_spheres,
         n_steps=simulation.n_steps,
         simulated_time_s=simulation.time_s,
         max_overlap_ratio=notes["max_overlap_ratio"],
+        filled_radii_m=None if soil.shape is None else filled,
+        left_radii_m=None if soil.shape is None else left,
         **energy_balance(simulation, engine),
     )

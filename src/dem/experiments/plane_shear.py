@@ -92,7 +92,7 @@ def start(soil: Soil, setup: Setup, engine: Engine, seed: int) -> State:
     return consolidation(build(soil, setup, engine, seed), soil, setup)
 
 
-def record(simulation: Simulation, setup: Setup, displacement: float, height: float) -> dict[str, float]:
+def record(simulation: Simulation, soil: Soil, setup: Setup, displacement: float, height: float) -> dict[str, float]:
     """One sample. The normal stress is what the soil does to the lid."""
     force, top = simulation.mean_wall_forces_n, lid_height_m(simulation)
     shear_force = -force["floor"][0]
@@ -105,7 +105,7 @@ def record(simulation: Simulation, setup: Setup, displacement: float, height: fl
         "applied_normal_stress_pa": setup.normal_stress_pa,
         "plane_normal_stress_pa": force["lid"][2] / setup.area_m2,
         "lid_height_m": top,
-        "solid_fraction": solid_fraction(simulation.grains.radii_m, setup, top),
+        "solid_fraction": solid_fraction(soil.wholes(simulation.grains), setup, top),
     }
 
 
@@ -181,14 +181,14 @@ def run(
     def sampling(current):
         notes = current.notes
         displacement = shear_rate(soil, setup) * notes["top_m"] * (simulation.time_s - notes["start_time_s"])
-        notes["samples"].append(record(simulation, setup, displacement, notes["top_m"]))
+        notes["samples"].append(record(simulation, soil, setup, displacement, notes["top_m"]))
         if displacement > 0.5 * setup.shear_strain * notes["top_m"]:
             notes["layers"] = np.asarray(notes["layers"]) + layer_velocities(simulation)
         notes["max_overlap_ratio"] = max(notes["max_overlap_ratio"], simulation.largest_overlap_ratio())
         if each is not None:
             each(simulation, "strain")
         if simulation.n_left:
-            raise SimulationError(f"{simulation.n_left} grains leaked out of the plane shear cell")
+            raise SimulationError(f"{simulation.n_left // soil.n_spheres} grains leaked out of the plane shear cell")
         return may_end(notes["samples"], setup)
 
     if state.stage == "consolidate":
@@ -206,7 +206,7 @@ def run(
         n_particles=notes["n_particles"],
         n_steps=simulation.n_steps,
         simulated_time_s=simulation.time_s,
-        solid_fraction=solid_fraction(before.radii_m, setup, notes["top_m"]),
+        solid_fraction=solid_fraction(soil.wholes(before), setup, notes["top_m"]),
         velocity_profile=np.divide(sums, counts * floor_m_s, out=np.full(N_LAYERS, np.nan), where=counts > 0),
         max_overlap_ratio=notes["max_overlap_ratio"],
         **energy_balance(simulation, engine),

@@ -4,15 +4,21 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from dem import Interaction, Material, Rich, Simulation, Sizes, work_of_adhesion
+import numpy as np
+
+from dem import BoxRegion, Clump, Factory, Grains, Interaction, Material, Rich, Simulation, Sizes, TubeRegion, work_of_adhesion
 
 
 @dataclass(frozen=True, kw_only=True)
 class Soil(Rich):
-    """Grain parameters of the paper's Table 2, the distribution of the radii (`dem.Sizes`), adhesion. Units are in the names.
+    """Grain parameters of the paper's Table 2, distribution of the radii (`dem.Sizes`), adhesion, shape. Units are in the names.
 
     adhesive_stress_pa : pull-off force of two mean grains over d^2. Strength scales with it whatever the radius, so it stands for
     a surface energy, which for the same cohesion would grow with r.
+    shape : prototype of clumps, or None for spheres (and for a clump of one). Radii, in geometry and protocol of the tests too, are
+    then those of the spheres of equal volume, and grains are whole clumps. d of the adhesive stress is the diameter of equal
+    volume, since a plane cuts one grain on about d^2 whatever its shape; the force is that of one contact, between two spheres of
+    the shape's mean radius. Grains that touch at two spheres hold with twice that.
     """
 
     radius_m: float
@@ -26,6 +32,11 @@ class Soil(Rich):
     radius_sd_ratio: float = 0.0
     distribution: str = "normal"
     classes: tuple[tuple[float, float], ...] = ()
+    shape: Clump | None = None
+
+    def __post_init__(self):
+        if self.shape is not None and self.shape.n_spheres == 1:
+            object.__setattr__(self, "shape", None)
 
     @property
     def sizes(self) -> Sizes:
@@ -36,6 +47,49 @@ class Soil(Rich):
     def grain_volume_m3(self) -> float:
         """Mean volume of a grain."""
         return 4.0 / 3.0 * math.pi * self.radius_m**3 * self.sizes.volume_ratio
+
+    @property
+    def n_spheres(self) -> int:
+        """Number of spheres of a grain."""
+        return 1 if self.shape is None else self.shape.n_spheres
+
+    @property
+    def smallest_sphere_m(self) -> float:
+        """Radius of the smallest sphere that can occur, which sets the time step."""
+        return self.sizes.smallest_m * (1.0 if self.shape is None else self.shape.smallest_ratio)
+
+    @property
+    def bounding_ratio(self) -> float:
+        """Radius of the sphere around a grain over that of the sphere of equal volume."""
+        return 1.0 if self.shape is None else self.shape.bounding_ratio
+
+    @property
+    def contact_radius_m(self) -> float:
+        """Mean radius of the spheres of mean grains, the one of their contacts."""
+        return self.radius_m * (1.0 if self.shape is None else float(np.mean([r for *_, r in self.shape.spheres])))
+
+    @property
+    def pressed_ratio(self) -> float:
+        """Stress on the smallest sphere of a grain over that on the grain, at the same force: the square of the radii's ratio."""
+        return 1.0 if self.shape is None else self.shape.smallest_ratio**-2
+
+    def factory(self, n_grains: int, region: BoxRegion | TubeRegion, seed: int) -> Factory:
+        """Factory of n grains of this soil, material "soil"."""
+        return Factory(n_grains=n_grains, region=region, sizes=self.sizes, material="soil", seed=seed, shape=self.shape)
+
+    def wholes(self, spheres: Grains) -> Grains:
+        """The grains whose spheres a simulation lists: of clumps their centres of mass, velocities and radii of equal volume.
+
+        spheres : as in `Simulation.grains`, clump by clump; spheres that are grains come back as they are.
+        """
+        if self.shape is None:
+            return spheres
+        n, share = self.shape.n_spheres, centre_shares(self.shape)
+        positions, velocities = (
+            np.einsum("k,bkt->bt", share, values.reshape(-1, n, 3)) for values in (spheres.positions_m, spheres.velocities_m_s)
+        )
+        radii = spheres.radii_m[::n] / self.shape.spheres[0][3]
+        return Grains(positions, velocities, spheres.angular_velocities_rad_s[::n], radii)
 
     def softened(self, stiffness_reduction: float) -> Material:
         """The grains' material with its shear modulus divided by a number (1: as it is)."""
@@ -48,7 +102,7 @@ class Soil(Rich):
     def work_of_adhesion_j_m2(self, adhesion: str) -> float:
         """Work of adhesion of two grains under a law ("none": 0), so that two mean grains have the pull-off force sigma_a d^2."""
         pull_off_n = self.adhesive_stress_pa * (2.0 * self.radius_m) ** 2
-        return work_of_adhesion(adhesion, pull_off_n, 0.5 * self.radius_m)
+        return work_of_adhesion(adhesion, pull_off_n, 0.5 * self.contact_radius_m)
 
     def interaction(
         self, static_friction: float | None = None, rolling_friction: float | None = None, adhesion: str = "none"
@@ -69,6 +123,13 @@ class Soil(Rich):
     def contact_stress_pa(self) -> float:
         """Stress in Pa with which adhesion presses grains together: F_c / (pi r^2), as an external stress would."""
         return 4.0 / math.pi * self.adhesive_stress_pa
+
+
+def centre_shares(shape: Clump) -> np.ndarray:
+    """Shares (n,) of the places of a clump's spheres, of sum 1, that add up to its centre of mass, whatever its orientation."""
+    spheres = np.array(shape.spheres)
+    equations = np.vstack([spheres[:, :3].T, np.ones(len(spheres))])
+    return np.linalg.lstsq(equations, np.array([0.0, 0.0, 0.0, 1.0]), rcond=None)[0]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ from typing import cast
 
 import numpy as np
 
-from dem import ENDLESS_M, Box, BoxRegion, Drive, Factory, Rich, Simulation
+from dem import ENDLESS_M, Box, BoxRegion, Drive, Grains, Rich, Simulation
 from dem.experiments.soil import Engine, Soil
 from dem.experiments.state import State, steps_in
 
@@ -20,7 +20,7 @@ from dem.experiments.state import State, steps_in
 STILL_RATIO, CONSOLIDATION_TIMES, CONSOLIDATION_STEPS = 1e-3, 400.0, 5000
 #: Solid fraction assumed to choose the number of grains.
 FILL_FRACTION = 0.57
-#: Grains whose surface is nearer than this fraction of a radius to floor or lid are glued to it.
+#: Grains whose surface is nearer than this fraction of their radius to floor or lid are glued to it.
 GLUE_REACH_RATIO = 0.5
 
 
@@ -77,13 +77,13 @@ def stiffness_reduction(soil: Soil, specimen: Specimen, stiffness_number: float 
     """By how much to soften the grains so that E* over the plane's normal stress is a number; never stiffer than they are.
 
     The same number at every stress gives the same relative overlaps, so softening does not bend the strength line; the soil's own
-    weight counts, because a box that grows with its grains presses more than a small lid load, and so does adhesion. None leaves
-    the grains as they are.
+    weight counts, because a box that grows with its grains presses more than a small lid load, and so does adhesion. Forces press
+    the more on the smaller spheres of a clump. None leaves the grains as they are.
     """
     if stiffness_number is None:
         return 1.0
     E_star = soil.shear_modulus_pa / (1.0 - soil.poisson_ratio)
-    stress = plane_stress_pa(soil, specimen, gravity_m_s2) + soil.contact_stress_pa
+    stress = (plane_stress_pa(soil, specimen, gravity_m_s2) + soil.contact_stress_pa) * soil.pressed_ratio
     return max(1.0, E_star / (stiffness_number * stress))
 
 
@@ -126,11 +126,11 @@ def filled(soil: Soil, specimen: Specimen, engine: Engine, seed: int, sides: lis
         },
         walls=[floor(), *sides],
         period_m=(specimen.length_m if periodic else 0.0, specimen.width_m, 0.0),
-        smallest_radius_m=soil.sizes.smallest_m,
+        smallest_radius_m=soil.smallest_sphere_m,
         floor_m=-2.0 * soil.sizes.largest_m,
         **engine.options(soil),
     )
-    simulation.add_factory(Factory(n_grains=n, region=region, sizes=soil.sizes, material="soil", seed=seed))
+    simulation.add_factory(soil.factory(n, region, seed))
     simulation.add_wall(lid(soil, specimen, n, simulation.top_m))
     return simulation
 
@@ -141,7 +141,7 @@ def consolidation(simulation: Simulation, soil: Soil, specimen: Specimen) -> Sta
         early = simulation.adhesion if specimen.prepared_with_adhesion else "none"
         simulation.set_interaction("soil", other, soil.prepared(specimen.preparation_friction_ratio, early))
     steps = steps_in(CONSOLIDATION_TIMES * inertial_time(soil, specimen), simulation)
-    return State(simulation, "consolidate", steps, {"n_particles": simulation.n_grains, "lid_height_m": math.inf})
+    return State(simulation, "consolidate", steps, {"n_particles": simulation.n_grains // soil.n_spheres, "lid_height_m": math.inf})
 
 
 def consolidate(
@@ -175,19 +175,24 @@ def roughen(simulation: Simulation, soil: Soil) -> float:
         simulation.set_interaction("soil", other, soil.interaction(adhesion=simulation.adhesion))
     grains = simulation.grains
     top, height = lid_height_m(simulation), grains.positions_m[:, 2]
-    reach = (1.0 + GLUE_REACH_RATIO) * grains.radii_m
+    reach = glue_reach_m(soil, grains)
     simulation.glue(np.flatnonzero(height < reach), "floor")
     simulation.glue(np.flatnonzero(height > top - reach), "lid")
     return top
 
 
-def weight_above_n(simulation: Simulation, height_m: float) -> float:
+def glue_reach_m(soil: Soil, spheres: Grains) -> np.ndarray:
+    """Distance of every sphere's centre from a plate below which its grain is glued to the plate, (n,)."""
+    return spheres.radii_m + GLUE_REACH_RATIO * np.repeat(soil.wholes(spheres).radii_m, soil.n_spheres)
+
+
+def weight_above_n(simulation: Simulation, soil: Soil, height_m: float) -> float:
     """Weight of the grains above a height."""
-    grains = simulation.grains
+    grains = soil.wholes(simulation.grains)
     cubes = float((grains.radii_m[grains.positions_m[:, 2] > height_m] ** 3).sum())
     return 4.0 / 3.0 * math.pi * simulation.materials["soil"].density_kg_m3 * cubes * -simulation.gravity_m_s2[2]
 
 
-def solid_fraction(radii_m: np.ndarray, specimen: Specimen, height_m: float) -> float:
-    """Volume of the grains over that of the box up to a height."""
-    return 4.0 / 3.0 * math.pi * float((radii_m**3).sum()) / (specimen.area_m2 * height_m)
+def solid_fraction(grains: Grains, specimen: Specimen, height_m: float) -> float:
+    """Volume of the grains (`Soil.wholes`) over that of the box up to a height."""
+    return 4.0 / 3.0 * math.pi * float((grains.radii_m**3).sum()) / (specimen.area_m2 * height_m)

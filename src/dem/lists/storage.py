@@ -55,7 +55,8 @@ class Neighbours(NamedTuple):
 class Lists(NamedTuple):
     """Neighbours among grains and at surfaces.
 
-    origin (n, 3): positions in m at the last rebuild. age (2,): bounds on the displacement of grains and bodies since (m).
+    origin (n, 3): positions in m at the last rebuild. age (3,): bounds on the displacement of grains since, and of
+    bodies and grains since the last rebuild of the surfaces' outer list (m).
     """
 
     pairs: Neighbours

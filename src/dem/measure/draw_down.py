@@ -67,7 +67,7 @@ def steady_rate(time_s, mass) -> tuple[float, float]:
     return float(np.polyfit(t - t[0], m, 1)[0]), float(rates.std(ddof=1) / math.sqrt(N_BLOCKS))
 
 
-def slopes(positions, radii, length_m: float, slot_m: float, thickness_m: float) -> Slopes:
+def slopes(positions, radii, length_m: float, slot_m: float, thickness_m: float, grain_radii=None) -> Slopes:
     """Slopes that grains at rest form from both end walls of a box down to a slot in the middle of its floor.
 
     Each is the line through 20 to 80 % of the height of the surface, averaged along the slot (`dem.measure.heap.fit_flank`),
@@ -79,12 +79,14 @@ def slopes(positions, radii, length_m: float, slot_m: float, thickness_m: float)
         Grain centres in metres: x from 0 to length_m across the slot, y periodic with thickness_m, the floor at z = 0.
     radii : array_like, shape (n,)
         Grain radii in metres.
+    grain_radii : array_like, shape (m,), optional
+        Of clumps, whose spheres the arguments above are: radii in metres of the spheres of equal volume, the unit of lengths.
     """
     positions, radii = np.asarray(positions, float).reshape(-1, 3), np.asarray(radii, float)
     if len(radii) == 0:
         return Slopes(left_deg=math.nan, right_deg=math.nan, scatter_deg=math.nan, height_m=math.nan, bound_deg=math.nan)
-    unit_m = float(radii.mean())
-    distance, heights = side_surfaces(positions, radii, length_m, thickness_m)
+    unit_m = float(np.mean(radii if grain_radii is None else grain_radii))
+    distance, heights = side_surfaces(positions / unit_m, radii / unit_m, length_m / unit_m, thickness_m / unit_m)
     flanks = [fit_flank(distance, side, grain_diameter=2.0) for side in heights]
     both = fit_flank(distance, heights.reshape(-1, len(distance)), grain_diameter=2.0)
     left, right = (flank.angle_deg if flank.stands else math.nan for flank in flanks)
@@ -97,11 +99,9 @@ def slopes(positions, radii, length_m: float, slot_m: float, thickness_m: float)
     )
 
 
-def side_surfaces(positions: np.ndarray, radii: np.ndarray, length_m: float, thickness_m: float) -> tuple[np.ndarray, np.ndarray]:
-    """Distance from an end wall to the middle (m,), and heights (2 sides, n strips, m) of the surface there, in mean radii."""
-    unit = float(radii.mean())
-    length, thickness = length_m / unit, thickness_m / unit
-    places, sizes = positions / unit - [0.5 * length, 0.0, 0.0], radii / unit
+def side_surfaces(positions: np.ndarray, radii: np.ndarray, length: float, thickness: float) -> tuple[np.ndarray, np.ndarray]:
+    """Distance from an end wall to the middle (m,), and heights (2 sides, n strips, m) of the surface; all in mean grain radii."""
+    places, sizes = positions - [0.5 * length, 0.0, 0.0], radii
     places[:, 1] = places[:, 1] % thickness - 0.5 * thickness
     copies = np.concatenate([places + [0.0, shift, 0.0] for shift in (-thickness, 0.0, thickness)])
     grains = np.column_stack([copies, np.tile(sizes, 3)])

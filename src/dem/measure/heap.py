@@ -91,7 +91,7 @@ class HeapShape(Rich):
     is_flat: bool
 
 
-def measure_heap(positions, radii):
+def measure_heap(positions, radii, grain_radii=None):
     """Shape of a settled heap by both estimators.
 
     Parameters
@@ -100,6 +100,9 @@ def measure_heap(positions, radii):
         Grain centres x, y, z in metres; the plate's top is z = 0.
     radii : array_like, shape (n,)
         Grain radii in metres.
+    grain_radii : array_like, shape (m,), optional
+        Of clumps, whose spheres the arguments above are: radii in metres of the spheres of equal volume. Lengths are then in units
+        of their mean, and grains are whole clumps.
 
     Returns
     -------
@@ -111,8 +114,8 @@ def measure_heap(positions, radii):
     HeapError
         If the shapes differ, a value is not finite or a radius is not positive.
     """
-    profile = profile_angle(positions, radii)
-    silhouette = silhouette_angle(positions, radii)
+    profile = profile_angle(positions, radii, grain_radii)
+    silhouette = silhouette_angle(positions, radii, grain_radii)
     # The outline is the higher of the two curves, so it still stands where the profile already lies flat.
     stands = profile.stands
     return HeapShape(
@@ -125,14 +128,14 @@ def measure_heap(positions, radii):
     )
 
 
-def profile_angle(positions, radii):
+def profile_angle(positions, radii, grain_radii=None):
     """Flank of the top surface averaged over azimuth; height in metres. Arguments as in `measure_heap`."""
-    return _flank_of(positions, radii, _sector_profiles)
+    return _flank_of(positions, radii, grain_radii, _sector_profiles)
 
 
-def silhouette_angle(positions, radii):
+def silhouette_angle(positions, radii, grain_radii=None):
     """Flank of the outline seen from the side, over many views; height in metres. Arguments as in `measure_heap`."""
-    return _flank_of(positions, radii, _outlines)
+    return _flank_of(positions, radii, grain_radii, _outlines)
 
 
 def fit_flank(distance, heights, grain_diameter):
@@ -169,13 +172,14 @@ def fit_flank(distance, heights, grain_diameter):
     return Flank(angle_deg=float(angles[0]), azimuth_sd_deg=float(angles[1:].std(ddof=1)), height=float(height), stands=True)
 
 
-def _flank_of(positions, radii, curves_of):
+def _flank_of(positions, radii, grain_radii, curves_of):
     """Fit the curves that `curves_of` (grains, reach -> distance, heights) sees; lengths in metres at both ends."""
     positions, radii = _checked(positions, radii)
     if len(radii) == 0:
         return Flank(angle_deg=0.0, azimuth_sd_deg=0.0, height=0.0, stands=False)
-    unit = radii.mean()
-    grains, reach, n_standing = _centred(positions / unit, radii / unit)
+    whole = radii if grain_radii is None else np.asarray(grain_radii, dtype=float)
+    unit = whole.mean()
+    grains, reach, n_standing = _centred(positions / unit, radii / unit, len(radii) / len(whole))
     distance, heights = curves_of(grains, reach)
     flank = fit_flank(distance, heights, grain_diameter=2.0)
     stands = flank.stands and n_standing >= MIN_STANDING_GRAINS
@@ -199,17 +203,18 @@ def _checked(positions, radii):
     return positions, radii
 
 
-def _centred(positions, radii):
-    """Grains (k, 4: x, y, z, radius) within reach of the heap's own axis, that reach, and how many stand on others.
+def _centred(positions, radii, n_spheres):
+    """Spheres (k, 4: x, y, z, radius) within reach of the heap's own axis, that reach, and how many grains stand on others.
 
+    n_spheres : mean number of spheres of a grain.
     The axis is the median of the grains above the bottom layer: strays lie on the plate, so they do not move it. A
     centre that is off by e changes the mean height at distance s by e^2/(4 s) times the slope only.
     """
     standing = positions[:, 2] > 2.0
     axis = np.median(positions[standing if standing.any() else slice(None), :2], axis=0)
     grains = np.column_stack([positions[:, :2] - axis, positions[:, 2], radii])
-    reach = REACH_RATIO * np.sqrt(radii.size)
-    return grains[np.hypot(grains[:, 0], grains[:, 1]) < reach], reach + radii.max(), int(standing.sum())
+    reach = REACH_RATIO * np.sqrt(radii.size / n_spheres)
+    return grains[np.hypot(grains[:, 0], grains[:, 1]) < reach], reach + radii.max(), standing.sum() / n_spheres
 
 
 def _sample_distances(reach):

@@ -20,7 +20,7 @@ N_LOG2 = 16
 NEAREST = 16
 
 
-def core_solid_fraction(positions, radii, vessel_radius_m: float) -> float:
+def core_solid_fraction(positions, radii, vessel_radius_m: float, grain_radii=None) -> float:
     """Solid fraction of grains in an upright cylinder around the z axis that stands on z = 0.
 
     Parameters
@@ -31,6 +31,8 @@ def core_solid_fraction(positions, radii, vessel_radius_m: float) -> float:
         Grain radii in metres.
     vessel_radius_m : float
         Inner radius of the vessel.
+    grain_radii : array_like, shape (m,), optional
+        Of clumps, whose spheres the arguments above are: radii in metres of the spheres of equal volume. Overlaps count once.
 
     Returns
     -------
@@ -41,7 +43,7 @@ def core_solid_fraction(positions, radii, vessel_radius_m: float) -> float:
     positions, radii = np.asarray(positions, float).reshape(-1, 3), np.asarray(radii, float)
     if len(radii) == 0:
         return math.nan
-    layer = WALL_LAYER * 2.0 * radii.mean()
+    layer = WALL_LAYER * 2.0 * float(np.mean(radii if grain_radii is None else grain_radii))
     low, high = levels(positions, layer)
     core = max(vessel_radius_m - layer, LEAST_CORE * vessel_radius_m)
     u, v, w = qmc.Sobol(3, seed=0).random_base2(N_LOG2).T
@@ -49,7 +51,7 @@ def core_solid_fraction(positions, radii, vessel_radius_m: float) -> float:
     return share_inside(np.column_stack([core * np.sqrt(u)[:, None] * along, low + (high - low) * w]), positions, radii)
 
 
-def slice_solid_fraction(positions, radii, length_m: float, thickness_m: float) -> float:
+def slice_solid_fraction(positions, radii, length_m: float, thickness_m: float, grain_radii=None) -> float:
     """Solid fraction of grains between end walls at x = 0 and length_m, periodic in y with thickness_m, on a floor at z = 0.
 
     Parameters and layers that are left out as in `core_solid_fraction`. NaN without grains. The same in every run.
@@ -57,7 +59,7 @@ def slice_solid_fraction(positions, radii, length_m: float, thickness_m: float) 
     positions, radii = np.asarray(positions, float).reshape(-1, 3), np.asarray(radii, float)
     if len(radii) == 0:
         return math.nan
-    layer = WALL_LAYER * 2.0 * radii.mean()
+    layer = WALL_LAYER * 2.0 * float(np.mean(radii if grain_radii is None else grain_radii))
     low, high = levels(positions, layer)
     margin = min(layer, 0.5 * (1.0 - LEAST_CORE) * length_m)
     points = qmc.scale(qmc.Sobol(3, seed=0).random_base2(N_LOG2), [margin, 0.0, low], [length_m - margin, thickness_m, high])

@@ -1,27 +1,53 @@
 """Shapes of walls: the only list of them, and the functions that choose among them.
 
-A shape is a module with SHAPE (its dataclass), `record`, `placed`, `distance` and the kernels `separation` and `separate`. To add
-one, write the module and enter it in SHAPES, KINDS and the two kernels below.
+A shape is a module with SHAPE (its dataclass, with a `centre` if it may turn), `record`, `placed`, `distance` and the kernels
+`separation` and `separate`. To add one, write the module and enter it in SHAPES, KINDS and the two kernels below. The kernels of
+meshes are in `dem.meshes.contacts`.
 """
 
 import numpy as np
 
 from dem.jit import lean_jit
-from dem.shapes import box, tube
+from dem.shapes import box, mesh, tube
 from dem.shapes.box import Box
+from dem.shapes.mesh import Mesh
 from dem.shapes.tube import Tube
-from dem.shapes.wall import ENDLESS_M, RECORD, Drive, Wall
+from dem.shapes.wall import ENDLESS_M, RECORD, Body, Drive, FreeTurn, Motion, TurnDrive, Wall
 
-__all__ = ["ENDLESS_M", "KINDS", "RECORD", "SHAPES", "Box", "Drive", "Tube", "Wall", "distance", "record", "separate", "separation"]
+__all__ = [
+    "ENDLESS_M",
+    "KINDS",
+    "RECORD",
+    "SHAPES",
+    "Body",
+    "Box",
+    "Drive",
+    "FreeTurn",
+    "Mesh",
+    "Motion",
+    "Tube",
+    "TurnDrive",
+    "Wall",
+    "distance",
+    "may_turn",
+    "record",
+    "separate",
+    "separation",
+]
 
 #: A shape's kind is its position here.
-SHAPES = (box, tube)
-KINDS = BOX, TUBE = tuple(range(len(SHAPES)))
+SHAPES = (box, tube, mesh)
+KINDS = BOX, TUBE, MESH = tuple(range(len(SHAPES)))
 
 
 def kind(wall: Wall) -> int:
     """Kind of a wall's shape."""
     return [module.SHAPE for module in SHAPES].index(type(wall))
+
+
+def may_turn(wall: Wall) -> bool:
+    """True if kernels must know the wall's pose: it turns, or it is a mesh."""
+    return wall.turns or isinstance(wall, Mesh)
 
 
 def by_name(name: str) -> type:

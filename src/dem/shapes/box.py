@@ -1,12 +1,13 @@
 """Axis-aligned box; a degenerate one is a rectangle."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from dem.jit import lean_jit
 from dem.layout import BLOCK as B
-from dem.material import require_vector
+from dem.material import require, require_vector
 from dem.shapes.wall import Wall, beyond, store
 
 
@@ -23,6 +24,24 @@ class Box(Wall):
             require_vector(corner, 3, f"{name} of wall {self.name!r}", endless=True)
         if not all(low <= high for low, high in zip(self.low_m, self.high_m, strict=True)):
             raise ValueError(f"Box {self.name!r}: low_m {self.low_m} must not exceed high_m {self.high_m}.")
+        for axis in self.axes_of_turn:
+            along = [k for k in range(3) if axis[k]]
+            allowed = (
+                "along the normal of a rectangle, or of a box without end along the other axes: other boxes would change shape"
+            )
+            require(len(along) == 1 and self.is_round(along[0]), f"axis of turning of wall {self.name!r}", axis, allowed)
+
+    def is_round(self, axis: int) -> bool:
+        """True if grains inside the outline cannot tell that the box turns about an axis."""
+        endless = [math.isinf(self.low_m[k]) and math.isinf(self.high_m[k]) for k in range(3) if k != axis]
+        return self.low_m[axis] == self.high_m[axis] or all(endless)
+
+    @property
+    def centre(self) -> tuple[float, float, float]:
+        """Centre in m, 0 along axes without end."""
+        sums = (low + high for low, high in zip(self.low_m, self.high_m, strict=True))
+        x, y, z = (0.5 * total if math.isfinite(total) else 0.0 for total in sums)
+        return x, y, z
 
 
 SHAPE = Box

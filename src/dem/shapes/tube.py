@@ -26,6 +26,16 @@ class Tube(Wall):
         require(0 < self.radius_m < math.inf, f"radius_m of wall {self.name!r}", self.radius_m, "a positive number")
         if not self.bottom_m <= self.top_m:
             raise ValueError(f"Tube {self.name!r}: bottom_m {self.bottom_m} must not exceed top_m {self.top_m}.")
+        for axis in self.axes_of_turn:
+            require(not any(axis[:2]), f"axis of turning of wall {self.name!r}", axis, "z, the axis of the tube")
+        if self.turns and self.pivot_m is not None:
+            require(self.pivot_m[:2] == tuple(self.centre_m), f"pivot_m of wall {self.name!r}", self.pivot_m, "on the tube's axis")
+
+    @property
+    def centre(self) -> tuple[float, float, float]:
+        """Centre in m, at height 0 if an end is at infinity."""
+        height = 0.5 * (self.bottom_m + self.top_m)
+        return (*self.centre_m, height if math.isfinite(height) else 0.0)
 
 
 SHAPE = Tube

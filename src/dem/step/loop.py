@@ -17,11 +17,13 @@ from dem.lists.pairs import find_pairs
 from dem.lists.slabs import cut_contacts, used_slabs
 from dem.lists.storage import STALE, copy_list
 from dem.lists.surfaces import find_surface_pairs, prune_surfaces
+from dem.meshes.contacts import GRAIN_BEHIND, TOO_MANY
+from dem.poses import fastest_surface, sum_torques, turn_bodies, turn_glued
 from dem.step import schedule
 from dem.step.motion import fastest_grain
 
 #: Reason for which `advance` returned.
-FINISHED, PAIRS_FULL, SURFACE_PAIRS_FULL, CONTACTS_FULL, BLEW_UP = range(5)
+FINISHED, PAIRS_FULL, SURFACE_PAIRS_FULL, CONTACTS_FULL, BLEW_UP, TRIANGLES_FULL, BEHIND = range(7)
 
 #: Square of the inner list's cutoff over skin and displacement of the fastest grain in a step. A larger cutoff lasts longer but
 #: includes more pairs that do not touch; at the square root of the displacement both cost about the same.
@@ -45,9 +47,10 @@ class Limits(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """mean_force (bodies, 3): mean force in N of the grains on each body. ledger: None, or books every step."""
+    """mean_force, mean_torque (bodies, 3): means in N and N m of the grains on each body. ledger: None, or books every step."""
 
     mean_force: np.ndarray
+    mean_torque: np.ndarray
     ledger: Ledger | None
 
 
@@ -57,13 +60,14 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
 
     Returns (reason, steps done, outer rebuilds, inner prunings). The reasons that end in FULL ask for a longer list; the state is
     then consistent and the call can be repeated with the remaining steps. BLEW_UP: something moves faster than limits.speed, or has
-    no sensible position, and the state is worthless.
+    no sensible position, BEHIND: a grain is behind the surface of a solid mesh; the state is worthless.
     """
     run = schedule.Run(state, scene, lists, model, scratch)
     pace = scratch.pace
     begin(run, pace)
     reason, done, n_rebuilds, n_prunings = FINISHED, 0, 0, 0
     clear_all(outputs.mean_force)
+    clear_all(outputs.mean_torque)
     clear_all(scratch.speeds)
     common_constants(state, lists.pairs.contacts, model)
     while done < limits.n_steps:
@@ -78,10 +82,13 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
         geometry_ahead(scene, model.step_s, scratch.geometry[: plan.n_steps])
         schedule.steps(plan, run, scratch.threads)
         sum_forces(scene, scratch.force, used_slabs(lists.pairs.outer.slab))
+        sum_torques(scene.rigid, scene.surfaces, scratch.torque, used_slabs(lists.pairs.outer.slab))
         carry_glued(state.grains, state.loads, scene)
+        turn_glued(scene.rigid, state.grains, state.loads, scene)
         collect_loads(model.access.vector, state.grains, state.loads, scene.clumps)
         book_step(run, outputs.ledger)
         add_to(outputs.mean_force, scene.bodies.force)
+        add_torques(outputs.mean_torque, scene.rigid)
         if not plan.moves:
             schedule.move_all(run, scene.clumps, scratch.threads)
         follow(run, pace, plan.n_steps)
@@ -92,6 +99,7 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
     save_all(lists, scratch.threads)
     lists.age[0] += pace[TRAVEL]
     divide(outputs.mean_force, max(done, 1))
+    divide(outputs.mean_torque, max(done, 1))
     return reason, done, n_rebuilds, n_prunings
 
 
@@ -99,7 +107,8 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
 def begin(run, pace):
     """Set the pace before the first step: inner lists are due."""
     pace[TRAVEL], pace[BODY_TRAVEL], pace[CUTOFF], pace[SURFACE_CUTOFF] = 0.0, 0.0, -1.0, -1.0
-    pace[SPEED], pace[BODY_SPEED] = fastest_grain(run.state.grains), fastest_body(run.scene.bodies)
+    bodies, rigid = run.scene.bodies, run.scene.rigid
+    pace[SPEED], pace[BODY_SPEED] = fastest_grain(run.state.grains), fastest_surface(rigid, bodies, fastest_body(bodies))
 
 
 @lean_jit
@@ -124,6 +133,13 @@ def add_to(total, part):
             total[w, t] += part[w, t]
 
 
+@inline_jit
+def add_torques(total, rigid):
+    """Add the torques on bodies to a total; rigid : None, or `dem.poses.Rigid`."""
+    if rigid is not None:
+        add_to(total, rigid.poses.torque)
+
+
 @lean_jit
 def divide(total, n):
     """Divide an array by a number."""
@@ -144,7 +160,7 @@ def next_plan(run, pace, n_left, each_alone):
     # loads on glued grains go to their bodies, those on members to their clumps, and the ledger books complete loads: then all
     # grains wait for all loads
     moves = run.scene.glued.grain.shape[0] == 0 and each_alone
-    if not moves or is_driven(run.scene.bodies):
+    if not moves or run.scene.rigid is not None or is_driven(run.scene.bodies):
         return schedule.Plan(1, moves)
     speed, body_speed = pace[SPEED], pace[BODY_SPEED]
     of_pairs = 0.5 * pace[CUTOFF] - pace[TRAVEL]
@@ -185,9 +201,12 @@ def follow(run, pace, n_steps):
     used = used_slabs(run.lists.pairs.outer.slab)
     for k in range(n_steps):
         body_speed, speed = move_bodies(run.scene, dt), largest(run.scratch.speeds[k], used)
+        turn_bodies(run.scene.rigid, run.state.grains, run.scene, dt)
+        body_speed = fastest_surface(run.scene.rigid, run.scene.bodies, body_speed)
         pace[TRAVEL] += speed * dt
         pace[BODY_TRAVEL] += body_speed * dt
         run.lists.age[1] += body_speed * dt
+        run.lists.age[2] += speed * dt
         pace[SPEED], pace[BODY_SPEED] = speed, body_speed
 
 
@@ -217,24 +236,54 @@ def refresh_lists(run, pace, skin):
     pace[CUTOFF], pace[SURFACE_CUTOFF] = cutoffs(pace[SPEED] * dt, pace[BODY_SPEED] * dt, skin)
     n_rebuilds = 0
     save_all(lists, run.scratch.threads)
-    if are_old(age, pace, skin) and age[0] < STALE:
+    rigid = run.scene.rigid
+    if are_old(rigid, age, pace, skin) and age[0] < STALE:
         age[0] = largest_displacement(run.state.grains, lists.origin)  # the bound adds up the fastest grain of every step
-    if are_old(age, pace, skin):
+    if are_old(rigid, age, pace, skin):
         reason = rebuild(run, skin)
         if reason != FINISHED:
             return reason, n_rebuilds
         n_rebuilds = 1
+    elif surfaces_are_old(rigid, age, pace, skin):
+        reason = rebuild_surfaces(run, skin)
+        if reason != FINISHED:
+            return reason, n_rebuilds
     if not schedule.prune(run.state, lists.pairs, pace[CUTOFF] + model.reach_m, model, run.scratch.threads):
         clear(lists.pairs.contacts.count)
         return CONTACTS_FULL, n_rebuilds
-    prune_surfaces(run.state, run.scene.surfaces, lists, pace[SURFACE_CUTOFF] + model.reach_m, model)
-    return FINISHED, n_rebuilds
+    cutoff = pace[SURFACE_CUTOFF] + model.reach_m
+    listed = prune_surfaces(run.state, run.scene.surfaces, run.scene.rigid, lists, cutoff, model, run.scratch.near)
+    return reason_of(run.scene.rigid, listed), n_rebuilds
 
 
-@lean_jit
-def are_old(age, pace, skin):
-    """True if the outer lists could miss a pair, or a grain at a surface, within the cutoff of the inner lists."""
-    return 2.0 * age[0] + pace[CUTOFF] > skin or age[0] + age[1] + pace[SURFACE_CUTOFF] > skin
+@inline_jit
+def reason_of(rigid, listed):
+    """Reason for the end, by what `dem.meshes.contacts.list_near` found. rigid : None, or `dem.poses.Rigid`."""
+    if rigid is None:
+        return FINISHED
+    else:  # noqa: RET505  # numba prunes the branch of a missing type only in this form
+        return TRIANGLES_FULL if listed == TOO_MANY else BEHIND if listed == GRAIN_BEHIND else FINISHED
+
+
+@inline_jit
+def are_old(rigid, age, pace, skin):
+    """True if the outer lists could miss a pair, or a grain at a surface, within the cutoff of the inner lists.
+
+    rigid : None, or `dem.poses.Rigid`; then surfaces have an age of their own.
+    """
+    if rigid is None:
+        return 2.0 * age[0] + pace[CUTOFF] > skin or age[0] + age[1] + pace[SURFACE_CUTOFF] > skin
+    else:  # noqa: RET505  # numba prunes the branch of a missing type only in this form
+        return 2.0 * age[0] + pace[CUTOFF] > skin
+
+
+@inline_jit
+def surfaces_are_old(rigid, age, pace, skin):
+    """True if the outer list of surfaces must be rebuilt alone: a turning rim moves farther than the grains of a bed at rest."""
+    if rigid is None:
+        return False
+    else:  # noqa: RET505  # see `are_old`
+        return age[1] + age[2] + pace[SURFACE_CUTOFF] > skin
 
 
 @jit
@@ -259,7 +308,8 @@ def rebuild(run, skin):
     n_pairs = find_pairs(grains, scene.clumps, scene.period, run.model.access.images, cutoff, pairs.spare)
     if n_pairs < 0:
         return PAIRS_FULL
-    if find_surface_pairs(grains, scene.surfaces, cutoff, surfaces.spare) < 0:
+    images = run.model.access.images
+    if find_surface_pairs(grains, scene.surfaces, scene.rigid, images, cutoff, surfaces.spare) < 0:
         return SURFACE_PAIRS_FULL
     carry_history(pairs.outer, pairs.spare, True)
     carry_history(surfaces.outer, surfaces.spare, False)
@@ -267,6 +317,21 @@ def rebuild(run, skin):
     copy_list(surfaces.spare, surfaces.outer)
     cut_contacts(pairs.outer, n_pairs, pairs.contacts.begin)
     start_anew(grains, run.lists)
+    return FINISHED
+
+
+@lean_jit
+def rebuild_surfaces(run, skin):
+    """As `rebuild`, of the outer list of surfaces alone."""
+    grains, scene, surfaces, age = run.state.grains, run.scene, run.lists.surfaces, run.lists.age
+    if not is_sound(grains):
+        return BLEW_UP
+    cutoff, images = skin + run.model.reach_m, run.model.access.images
+    if find_surface_pairs(grains, scene.surfaces, scene.rigid, images, cutoff, surfaces.spare) < 0:
+        return SURFACE_PAIRS_FULL
+    carry_history(surfaces.outer, surfaces.spare, False)
+    copy_list(surfaces.spare, surfaces.outer)
+    age[1], age[2] = 0.0, 0.0
     return FINISHED
 
 

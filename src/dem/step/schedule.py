@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem import shapes
 from dem.bodies import Scene, push
 from dem.clumps.motion import move_clumps
 from dem.contact.model import Model
@@ -22,6 +21,8 @@ from dem.lists.history import save_history
 from dem.lists.pairs import prune_slab
 from dem.lists.slabs import used_slabs
 from dem.lists.storage import Lists
+from dem.meshes.contacts import Near, locate_contacts, separate_all
+from dem.poses import rub, wrench
 from dem.step import gather as plain
 from dem.step import motion, vectors
 
@@ -42,7 +43,8 @@ class Scratch(NamedTuple):
 
     buffers (groups in parallel, BUFFER x BLOCK), places (groups in parallel, 4 BLOCK) float64; speeds (steps, SLABS): largest speed
     of each slab's grains in each fused step; geometry (steps, surfaces, RECORD): surfaces in each fused step; force
-    (SLABS, surfaces, 3): force of each slab's grains, summed over the steps. pace: see `dem.step.loop`. threads: None for one.
+    and torque (SLABS, surfaces, 3): of each slab's grains, summed over the steps. pace: see `dem.step.loop`. near: None, or for
+    meshes. threads: None for one.
     """
 
     buffers: np.ndarray
@@ -50,7 +52,9 @@ class Scratch(NamedTuple):
     speeds: np.ndarray
     geometry: np.ndarray
     force: np.ndarray
+    torque: np.ndarray
     pace: np.ndarray
+    near: Near | None
     threads: bool | None
 
 
@@ -139,25 +143,29 @@ def contact_loads(n, k0, buffer, contacts, laws):
 
 
 @apart_jit
-def surface_forces(s, geometry, grains, loads, contacts, surfaces, velocity, workspace, access, laws):
+def surface_forces(s, geometry, grains, loads, contacts, surfaces, rigid, velocity, workspace, access, laws):
     """Loads of the contacts with surfaces of the grains of slab s.
 
-    geometry (surfaces, RECORD): the surfaces now. velocity (bodies, 3). workspace : buffer, places, force (surfaces, 3).
+    geometry (surfaces, RECORD): the surfaces now. rigid : None, or `dem.poses.Rigid`. velocity (bodies, 3). workspace : buffer,
+    places, force and torque (surfaces, 3), and what meshes need.
     """
-    buffer, places, force = workspace
+    buffer, places, force, torque, near = workspace
     n_surfaces = surfaces.kind.shape[0]
     for w in range(n_surfaces):
         part = s * n_surfaces + w
         k, end = contacts.begin[part], contacts.begin[part] + contacts.count[part]
+        locate_contacts(rigid, part, w, surfaces, grains, contacts, near, access.images)
         while k < end:
             n = in_block(k, end)
             first = contacts.first[k : k + n]
             gather_at_surface(access.vector, grains, velocity[surfaces.body[w]], first, n, buffer, places)
-            shapes.separate(surfaces.kind[w], geometry[w], places, n, buffer)
+            separate_all(rigid, near, k, surfaces, w, geometry[w], places, n, buffer)
             clear_second_spin(buffer, access.spins)
+            rub(rigid, surfaces.body[w], places, n, buffer, access)
             contact_loads(n, k, buffer, contacts, laws)
             scatter_at_surface(access.vector, loads, first, n, buffer)
             push(force[w], n, buffer)
+            wrench(rigid, surfaces.body[w], torque[w], places, n, buffer, access.images)
             k += n
 
 
@@ -187,7 +195,7 @@ def slab_forces(s, step, coming, run, thread):
     """
     state, scene, lists, model, scratch = run
     grains, loads, outer, buffer = state.grains, state.loads, lists.pairs.outer, scratch.buffers[thread]
-    workspace = buffer, scratch.places[thread], scratch.force[s]
+    workspace = buffer, scratch.places[thread], scratch.force[s], scratch.torque[s], scratch.near
     surface_forces(
         s,
         scratch.geometry[step],
@@ -195,6 +203,7 @@ def slab_forces(s, step, coming, run, thread):
         loads,
         lists.surfaces.contacts,
         scene.surfaces,
+        scene.rigid,
         scene.bodies.velocity,
         workspace,
         model.access,

@@ -1,6 +1,6 @@
 """Expected steps, run time and memory of a simulation, requested from a scheduler before it runs.
 
-Every experiment estimates its number of grains and steps in closed form (`cost`). The speed was measured with the default study on
+Every experiment estimates its number of spheres and steps in closed form (`cost`). The speed was measured with the default study on
 one machine; docs/guides/cluster.md lists the errors there and on other machines. A job that exceeds its limits is resubmitted with
 higher limits and resumes from its checkpoint.
 """
@@ -11,6 +11,8 @@ from virtual_soil.campaign.experiments.registry import BY_NAME
 
 #: Grain-steps per second of one core while the other cores are busy; 52e6 in shear boxes, 57e6 in heaps at the paper's fidelity.
 SPEED_PER_S = 50e6
+#: Duration of a step of clumps over that of as many free spheres.
+CLUMP_FACTOR = 1.3
 #: Minutes before the first step: start of Python on a slow file system, and compilation if this node type has no compiled kernels.
 START_MIN = 3.0
 #: Ratio of requested to expected time at the first attempt; heaps without rolling resistance take three times as long as others.
@@ -21,8 +23,8 @@ BASE_MB, GRAIN_MB = 1000, 2e-3
 
 def expected_s(row: dict, settings: dict) -> float:
     """Expected wall time of a simulation in s, without its start-up."""
-    grains, steps = BY_NAME[row["experiment"]].cost(row, settings)
-    return grains * steps / SPEED_PER_S
+    spheres, steps = BY_NAME[row["experiment"]].cost(row, settings)
+    return spheres * steps / SPEED_PER_S * (CLUMP_FACTOR if "shape" in settings else 1.0)
 
 
 def runtime_min(members: list[tuple[dict, dict]], attempt: int) -> int:

@@ -20,6 +20,7 @@ from virtual_soil.calibration.screening import changed_materials
 from virtual_soil.calibration.space import space_of
 from virtual_soil.calibration.surrogate import n_factor_terms
 from virtual_soil.campaign.experiments.registry import BY_NAME, EXPERIMENTS, LOADS, chosen
+from virtual_soil.campaign.experiments.shapes import numbers
 from virtual_soil.campaign.variables import SEED_KEYS
 
 #: Purposes of the points that the surrogates' design consists of, whose nearest to the base set stands for it in figures.
@@ -155,7 +156,7 @@ def design_row(config: dict, experiment: str, fidelity: str, material: dict, loa
 
 def make_row(experiment: str, fidelity: str, material: dict, load: float, seed: int) -> dict:
     """Return a simulation of a material as a row of the design table, without purposes."""
-    material = {key: float(material[key]) for key in sorted(material)}
+    material = {key: float(value) for key, value in sorted(numbers(material).items())}
     what = [experiment, fidelity, material, None if math.isnan(load) else float(load), int(seed)]
     loads = {name: float(load) if name == BY_NAME[experiment].LOAD else math.nan for name in LOADS}
     return {
@@ -205,7 +206,7 @@ def check_design(config: dict) -> None:
 
 def check_screening(config: dict) -> None:
     """Raise CalibrationError if a factor of the screening changes nothing, or nothing that there is."""
-    material, factors = set(config["material"]), set(config["screening"]["factors"])
+    material, factors = set(numbers(config["material"])), set(config["screening"]["factors"])
     demand(factors <= material, "screening.factors", sorted(factors - material), f"keys of material: {sorted(material)}")
     for parameter, changed in changed_materials(config["material"], config["screening"]).items():
         same = changed[parameter] == config["material"][parameter]
@@ -215,7 +216,7 @@ def check_screening(config: dict) -> None:
 
 def check_box(config: dict) -> None:
     """Raise CalibrationError if something else is asked of a design without a grid than it can give."""
-    material, check = set(config["material"]), config["fidelity"]["check"]
+    material, check = set(numbers(config["material"])), config["fidelity"]["check"]
     for couple in check["couples"]:
         known = f"values of keys of material: {sorted(material)}"
         demand(set(couple) <= material, "fidelity.check.couples", couple, known)
@@ -226,7 +227,7 @@ def check_box(config: dict) -> None:
 
 def check_factorial(config: dict) -> None:
     """Raise CalibrationError if grid and sweeps do not fit each other, or have too few points for f and g."""
-    material, design = set(config["material"]), config["design"]
+    material, design = set(numbers(config["material"])), config["design"]
     grid, sweep = set(design["grid"]), set(design["sweep"])
     demand(bool(grid), "design.grid", design["grid"], "values of at least one of design.variables; or give their ranges there")
     demand(grid <= material, "design.grid", sorted(grid - material), f"keys of material: {sorted(material)}")

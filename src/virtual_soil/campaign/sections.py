@@ -27,6 +27,13 @@ def seeds(stage: str) -> dict:
 class Material:
     """The grains, unless the design varies them: the paper's base set (Briend et al. 2011, "Sensitivity analysis")."""
 
+    shape: str = setting(
+        "of the grains: sphere, dimer, trimer, tetra, or a file with a line x y z r for every sphere",
+        "sphere",
+        note="Clumps are rigid unions of spheres; radii are those of the spheres of equal volume. Their shape stands in for "
+        "rolling friction, so rolling_friction is usually 0 with them.",
+    )
+    aspect_ratio: float | None = setting("length over width of a dimer; null: 1.5, or no dimer", None, above=1, maximum=2)
     radius_m: float = setting("mean grain radius", 50e-6, above=0, usual=(1e-6, 0.1))
     radius_sd_ratio: float = setting(
         "standard deviation of the radii over their mean; 0 = equal spheres", 0.0, minimum=0, maximum=0.4

@@ -11,13 +11,12 @@ from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
-import numpy as np
-
 from dem import SimulationError
 from virtual_soil.campaign.batches import may_hold, stage_of
 from virtual_soil.campaign.experiments import module_of
 from virtual_soil.campaign.experiments.common import engine_of, soil_of
 from virtual_soil.campaign.files import FileError, write_text, writing
+from virtual_soil.campaign.grains import empty_columns, empty_grains, grain_table, of_simulation
 from virtual_soil.campaign.progress import Progress
 from virtual_soil.campaign.provenance import versions
 from virtual_soil.campaign.resume import Checkpoint
@@ -33,28 +32,6 @@ def provenance(members: list, engine: str) -> dict:
     return {"simulations": simulations, "engine": engine, "versions": versions()}
 
 
-def grain_table(grains, simulation: str = "") -> dict[str, np.ndarray]:
-    """Return id of the simulation, positions, radii and speeds of grains as columns."""
-    x, y, z = grains.positions_m.reshape(-1, 3).T
-    speeds = np.linalg.norm(grains.velocities_m_s.reshape(-1, 3), axis=1)
-    return of_simulation(simulation, {"x_m": x, "y_m": y, "z_m": z, "radius_m": grains.radii_m, "speed_m_s": speeds})
-
-
-def empty_grains() -> dict[str, np.ndarray]:
-    """Empty grain table, for a failed simulation."""
-    return empty_columns(("x_m", "y_m", "z_m", "radius_m", "speed_m_s"))
-
-
-def of_simulation(simulation: str, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Prepend a column with the id of the simulation."""
-    return {"simulation": np.full(len(next(iter(columns.values()), ())), simulation, dtype="U10"), **columns}
-
-
-def empty_columns(names) -> dict[str, np.ndarray]:
-    """Columns without rows and the column of the simulation's id."""
-    return of_simulation("", {name: np.zeros(0) for name in names})
-
-
 def one_row(values: dict) -> dict[str, list]:
     """Convert a row to a table of one row."""
     return {name: [value] for name, value in values.items()}
@@ -66,10 +43,11 @@ def simulate(row: dict, settings: dict, checkpoint: Checkpoint) -> tuple[dict, f
     job = import_module(module_of(experiment, "simulate"))
     result, reason, seconds = recorded(job, row, settings, checkpoint)
     run = {"simulation_id": name, "reason": reason or "", **job.row_of(result, settings)}
-    before = after = empty_grains()
+    before = after = empty_grains(clumps="shape" in settings)
     history = empty_columns(job.HISTORY)
     if result is not None:
-        before, after = (grain_table(getattr(result, moment), name) for moment in job.MOMENTS)
+        soil = soil_of(row, settings)
+        before, after = (grain_table(getattr(result, moment), name, soil) for moment in job.MOMENTS)
         history = of_simulation(name, result.history) if job.HISTORY else history
     tables = {"before": ("grains", before), "after": ("grains", after), "history": (f"{experiment}_history", history)}
     return {**tables, "run": (f"{experiment}_run", one_row(run))}, seconds

@@ -22,8 +22,10 @@ from virtual_soil.campaign import asked, settings, yamls
 from virtual_soil.campaign.cost import expected_s
 from virtual_soil.campaign.described import LARGEST, described, shortened
 from virtual_soil.campaign.design import DESIGNED, expand
+from virtual_soil.campaign.experiments.common import soil_of
 from virtual_soil.campaign.experiments.grading import Grading
 from virtual_soil.campaign.experiments.registry import BY_NAME, BY_RESPONSE, LOADS, chosen, responses_of, with_optional
+from virtual_soil.campaign.experiments.shapes import numbers
 from virtual_soil.campaign.sections import USUAL_TERMS, Engine, Material, Study
 from virtual_soil.campaign.settings import NAME
 from virtual_soil.campaign.soils import laboratory_files, measure_soil
@@ -140,14 +142,12 @@ def unusual(config: dict):
 def material_groups(config: dict) -> dict[str, dict]:
     """Return the parts of the design that give values to `material` keys, by their own keys."""
     design, check = config["design"], config["fidelity"]["check"]
-    factors = config["screening"]["factors"]
-    changed = changed_materials(
-        config["material"], {"factors": {key: factors[key] for key in factors if key in config["material"]}}
-    )
+    factors, material = config["screening"]["factors"], numbers(config["material"])
+    changed = changed_materials(material, {"factors": {key: factors[key] for key in factors if key in material}})
     groups = {"design.grid": design["grid"], "design.sweep": design["sweep"]}
     if isinstance(design["variables"], dict):
         groups["design.variables"] = design["variables"]
-    groups["screening.factors"] = {key: material[key] for key, material in changed.items()}
+    groups["screening.factors"] = {key: values[key] for key, values in changed.items()}
     groups |= {f"design.sweep_couples.{k}": couple for k, couple in enumerate(design["sweep_couples"])}
     return groups | {f"fidelity.check.couples.{k}": couple for k, couple in enumerate(check["couples"])}
 
@@ -178,7 +178,7 @@ def simulations(config: dict, rows: list[dict], insist: Collection[str] = ()) ->
     found = {}
     for row in rows:
         if row["simulation_id"] not in found:
-            material = BY_NAME[row["experiment"]].canonical({key: row[key] for key in config["material"]}, config)
+            material = BY_NAME[row["experiment"]].canonical({key: row[key] for key in numbers(config["material"])}, config)
             plain = {key: value for key, value in row.items() if key != "purposes"}
             found[row["simulation_id"]] = {**plain, **material, "point_id": point_id(material)}
     check_costs(config, found)
@@ -203,7 +203,7 @@ def check_times(config: dict, rows: dict[str, dict], insist: Collection[str]) ->
             power = max(1.0, math.log2(time_s / expected_s(twice, experiment_settings(config, twice))))
             larger = row | {"radius_m": float(f"{row['radius_m'] * (1.1 * time_s / LONGEST_S) ** (1.0 / power):.2g}")}
             then_s = expected_s(larger, experiment_settings(config, larger))
-            n, _ = BY_NAME[experiment].cost(row, experiment_settings(config, row))
+            n = BY_NAME[experiment].cost(row, experiment_settings(config, row))[0] / soil_of(row, config).n_spheres
             slice_ = f", or a slice (width_m) of {LONGEST_S / time_s:.1g} of its width" if "width_m" in config[section] else ""
             enough = f"{1e3 * larger['radius_m']:.2g} mm ({then_s / 3600:.2g} h){slice_}"
             raise StudyError(
@@ -273,7 +273,8 @@ def proposed_rows(path: str) -> list[dict]:
 
 def as_printed(config: dict) -> list[str]:
     """Return the study's experiments whose results may stand beside those that the paper prints: same material, same protocol."""
-    grains = config["material"] == settings.defaults(Material) and config["grading"] == settings.defaults(Grading)
+    spheres = config.get("shape") is None and numbers(config["material"]) == numbers(settings.defaults(Material))
+    grains = spheres and config["grading"] == settings.defaults(Grading)
     papers = grains and config["design"]["geometry"] == "scaled"
     engine = {key: config["engine"][key] == value for key, value in settings.defaults(Engine).items() if key in PRINTED_ENGINE}
     if not papers or not all(engine.values()):

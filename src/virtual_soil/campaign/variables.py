@@ -12,6 +12,7 @@ from pathlib import Path
 from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.space import filling, space_of
 from virtual_soil.campaign.experiments.registry import BY_NAME, EXPERIMENTS, chosen
+from virtual_soil.campaign.experiments.shapes import numbers
 
 #: Properties that stand in the tables of every study, as variables or as fixed values.
 PRINTED = ("radius_m", "static_friction", "rolling_friction")
@@ -24,8 +25,8 @@ WALLS = {name: (test.NAME, grains) for test in EXPERIMENTS for name, grains in t
 
 
 def with_walls(config: dict) -> dict:
-    """Material of a study with the properties of walls that are variables of its design, at the values of their settings."""
-    material = dict(config["material"])
+    """Material of a study as numbers, with the properties of walls that are variables of its design at their settings' values."""
+    material = numbers(config["material"])
     for name in config["design"]["variables"]:
         if name in WALLS:
             experiment, grains = WALLS[name]
@@ -60,7 +61,7 @@ def normal_form(config: dict) -> dict:
         kept = {part: {name: design[part][name] for name in design[part] if name in names} for part in ("grid", "sweep")}
         couples = [{name: couple[name] for name in couple if name in kept["grid"]} for couple in design["sweep_couples"]]
         return common | kept | {"sweep_couples": couples}
-    known = {**config["material"], **WALLS}
+    known = {**numbers(config["material"]), **WALLS}
     demand(set(names) <= set(known), "design.variables", sorted(set(names) - set(known)), f"some of {sorted(known)}")
     common |= {"grid": {}, "sweep": {}, "sweep_couples": []}
     if design.get("points_csv") is not None:

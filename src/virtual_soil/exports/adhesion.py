@@ -5,6 +5,8 @@ contact radius without load; k cohesion energy density. F_c = FACTOR pi gamma R*
 
     F = 4/3 E* sqrt(R*) delta^(3/2) - k 2 pi R* delta,   F_c = 2 pi^3 / 3 k^3 R*^2 / E*^2
 
+Of clumps r is the mean radius of their spheres.
+
 Equal pull-off forces are not equal cohesions, because the programs limit sliding and rolling by different forces (`SLIDING`).
 
 Sources: LAMMPS, gran_sub_mod_normal.cpp (dmt, jkr: limit |F_n + 2 F_c|; no dashpot by restitution with either); YADE,
@@ -76,7 +78,7 @@ def adhesion(card: dict, numbers: dict[str, float], program: str) -> Adhesion | 
     pull_off = pull_off_n(card)
     if pull_off == 0.0:
         return None
-    ours, E_star, r = card["adhesion"]["law"], numbers["effective_young_modulus_pa"], numbers["radius_m"]
+    ours, E_star, r = card["adhesion"]["law"], numbers["effective_young_modulus_pa"], numbers["contact_radius_m"]
     law, factor = LAWS.get(program, {}).get(ours, ("", math.inf))
     k, k_wall = (density(force, E_star, R_star) for force, R_star in ((pull_off, 0.5 * r), (2.0 * pull_off, r)))
     dashpots = [dashpot(card, numbers, R_star, share) for R_star, share in ((0.5 * r, 0.5), (r, 1.0))]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import jinja2
 
-from virtual_soil.exports import adhesion
+from virtual_soil.exports import adhesion, shape
 from virtual_soil.exports.rolling import converted, explanation
 
 #: Program -> (template and file name, comment prefix).
@@ -24,7 +24,7 @@ RAYLEIGH_RATIO = 0.2
 
 
 def inputs(card: dict) -> dict[str, str]:
-    """Return file name -> text for every program; card as from `exports.material_card`."""
+    """Return file name -> text for every program, and of a shape; card as from `exports.material_card`."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined, trim_blocks=True, keep_trailing_newline=True
     )
@@ -36,10 +36,12 @@ def inputs(card: dict) -> dict[str, str]:
         mu_r, mu_r_wall = (card["parameters"]["rolling_friction"]["value"], card["walls"]["rolling_friction"])
         rolling = {"rolling": converted(mu_r, model, program)[0], "wall_rolling": converted(mu_r_wall, model, program)[1]}
         notes = [*heading(card, program), *explanation(model, program), *adhesion.explanation(card, program)]
+        notes += shape.explanation(card, program)
         context = {**numbers, **rolling, "notes": "\n".join((comment + line).rstrip() for line in notes), "card": card}
         context["adhesion"] = adhesion.adhesion(card, numbers, program)
+        context["shape"] = card.get("shape")
         texts[name] = environment.get_template(f"{name}.j2").render(context)
-    return texts
+    return texts | shape.files(card)
 
 
 def heading(card: dict, program: str) -> list[str]:
@@ -66,13 +68,14 @@ def heading(card: dict, program: str) -> list[str]:
 def derived(card: dict) -> dict[str, float]:
     """Return the material values and the quantities derived from them that other programs require."""
     value = {name: entry["value"] for name, entry in card["parameters"].items()}
-    nu, G, r = value["poisson_ratio"], value["shear_modulus_pa"], value["radius_m"]
+    nu, G, r, least = value["poisson_ratio"], value["shear_modulus_pa"], shape.contact_radius_m(card), shape.smallest_radius_m(card)
     E = 2.0 * G * (1.0 + nu)
     G_star = G / (2.0 * (2.0 - nu))
     k_t = 8.0 * G_star * r * math.sqrt(0.5 * OVERLAP_RATIO)  # S_t = 8 G* sqrt(R* d), R* = r/2
-    rayleigh = math.pi * r * math.sqrt(value["density_kg_m3"] / G) / (0.1631 * nu + 0.8766)
+    rayleigh = math.pi * least * math.sqrt(value["density_kg_m3"] / G) / (0.1631 * nu + 0.8766)
     return {
         **value,
+        "contact_radius_m": r,
         "wall_static_friction": card["walls"]["static_friction"],
         "young_modulus_pa": E,
         "effective_young_modulus_pa": E / (2.0 * (1.0 - nu**2)),

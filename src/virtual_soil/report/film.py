@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 
 from dem import Box, Tube, Wall
 from virtual_soil.campaign.files import whole
+from virtual_soil.campaign.grains import grain_table
 from virtual_soil.campaign.recording import Frame, record
-from virtual_soil.campaign.simulate import grain_table
 from virtual_soil.report.plots import draw_grains
 
 #: Frames shown per second.

@@ -36,6 +36,7 @@ VARIABLES = {
     "shear_modulus_pa": Variable("shear modulus", "G", "MPa", 1e-6, 1),
     "poisson_ratio": Variable("Poisson's ratio", "ν", "", 1.0, 2),
     "radius_sd_ratio": Variable("spread of radii", "s", "", 1.0, 2),
+    "aspect_ratio": Variable("aspect ratio", "a", "", 1.0, 2),
     "adhesive_stress_pa": Variable("adhesive stress", "σa", "Pa", 1.0, 1),
 }
 

@@ -10,6 +10,7 @@ from virtual_soil.calibration.response import Response, Responses
 from virtual_soil.campaign.design import DESIGNED
 from virtual_soil.campaign.experiments.registry import responses_of
 from virtual_soil.campaign.experiments.shear.laboratory import ShearTests
+from virtual_soil.campaign.grains import CLUMP, CLUMP_RADIUS
 from virtual_soil.campaign.study import as_printed, distance_from_base
 from virtual_soil.report.quantities import VARIABLES, Variable
 
@@ -101,4 +102,5 @@ def known_points(tables: Mapping[str, pd.DataFrame], response: Response) -> pd.D
 
 def before_and_after(before: pd.DataFrame, after: pd.DataFrame) -> pd.DataFrame:
     """Grains before and after in one table."""
-    return pd.concat([state[GRAIN_COLUMNS].assign(moment=name) for name, state in (("before", before), ("after", after))])
+    columns = [name for name in (*GRAIN_COLUMNS, CLUMP, CLUMP_RADIUS) if name in before]
+    return pd.concat([state[columns].assign(moment=name) for name, state in (("before", before), ("after", after))])

@@ -7,6 +7,7 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from virtual_soil.campaign.experiments.registry import RESPONSES
+from virtual_soil.campaign.grains import CLUMP
 from virtual_soil.campaign.variables import PRINTED
 from virtual_soil.report import pack
 from virtual_soil.report.quantities import shown_in
@@ -21,7 +22,7 @@ SURFACE_POINTS = (35, 25)
 
 
 def coordination(grains: pd.DataFrame, periodic_m: float = 0.0) -> np.ndarray:
-    """Coordination number of each grain; `periodic_m` is the period along y, 0 if there is none."""
+    """Coordination number of each grain, of clumps for each of their spheres; `periodic_m` is the period along y, 0 if none."""
     places, radii = grains[PLACES].to_numpy(copy=True), grains["radius_m"].to_numpy()
     if len(places) == 0:
         return np.zeros(0, int)
@@ -34,7 +35,9 @@ def coordination(grains: pd.DataFrame, periodic_m: float = 0.0) -> np.ndarray:
     if periodic_m:
         apart[:, 1] -= periodic_m * np.rint(apart[:, 1] / periodic_m)
     touch = np.linalg.norm(apart, axis=1) < radii[first] + radii[second]
-    return np.bincount(np.concatenate([first[touch], second[touch]]), minlength=len(places))
+    owner = grains[CLUMP].to_numpy() if CLUMP in grains else np.arange(len(places))
+    touch &= owner[first] != owner[second]
+    return np.bincount(owner[np.concatenate([first[touch], second[touch]])], minlength=owner.max() + 1)[owner]
 
 
 def moved(before: pd.DataFrame, after: pd.DataFrame) -> np.ndarray | None:

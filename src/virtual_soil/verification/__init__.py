@@ -5,6 +5,7 @@ GROUPS maps the name of a group to the function that runs it and returns its che
 
 from virtual_soil.verification import (
     adhesion,
+    bodies,
     clumps,
     conservation,
     energy,
@@ -28,6 +29,7 @@ GROUPS = {
     "energy": energy.checks,
     "adhesion": adhesion.checks,
     "clumps": clumps.checks,
+    "bodies": bodies.checks,
     "strength": strength.checks,
 }
 

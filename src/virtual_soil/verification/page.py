@@ -38,6 +38,10 @@ repulsive part of the normal force: F_n + F_c, and 4E*a³/(3R*) in JKR.""",
     "clumps": """Rigid unions of spheres (`dem.Clump`). Their spheres touch as grains do; their loads move one body, whose
 orientation turns by a splitting about the principal axes. Two clumps that touch at several spheres are stiffer and more damped than
 one contact, so that their restitution is lower than that of the material.""",
+    "bodies": """Meshes, and walls that turn (`dem.Body`). A grain touches each smooth patch of a mesh at one point; between
+patches the nearer acts, or at a concave edge both. Spheres of r = 1 mm on rigid bodies. Where a mesh stands beside a box, both go
+through the public path; "numbers that differ" compares bytes. The world × 16 is the same with lengths 16, times 4 and the shear
+modulus 16 times as large, all powers of two.""",
     "strength": """Plane shear (`dem.experiments.plane_shear`): a bed that is periodic in x and y, sheared between glued layers,
 without gravity, until its strength is steady. The published values are of homogeneous shear without walls; those of different
 authors differ by 5 to 10 %. Radii are spread by 10 % beside them, since equal spheres order along floor and lid.""",
@@ -81,7 +85,7 @@ LIMITS = """## What is not validated
   the tests does.
 - **Rolling resistance** has no experiment behind it here. That types A and C brake as written is checked on planes, type A
   also between two equal spheres. Nothing resists twisting about a contact's normal.
-- **Walls**: level planes only. Edges, corners, tubes and moving walls are left to the unit tests.
+- **Boxes and tubes**: level planes, turntable and drum only. Their edges and corners are left to the unit tests.
 - **Large runs**: nothing here has more than 4000 grains.
 """
 

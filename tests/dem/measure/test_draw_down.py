@@ -45,6 +45,16 @@ def test_grains_that_stand_along_a_wall_are_no_slope():
     assert lined.left_deg == pytest.approx(free.left_deg, abs=0.01)
 
 
+def test_lengths_of_clumps_are_in_radii_of_equal_volume():
+    """The bound of small spheres that belong to larger grains is that of the grains."""
+    places = np.random.default_rng(4).uniform([1.0, 0.0, 1.0], [LENGTH - 1.0, THICKNESS, 40.0], (20000, 3))
+    spheres = places[places[:, 2] < 0.6 * (np.abs(places[:, 0] - 0.5 * LENGTH) - 0.5 * SLOT)]
+    found = slopes(spheres, np.full(len(spheres), 0.8), LENGTH, SLOT, THICKNESS, np.ones(len(spheres) // 2))
+    assert found.bound_deg == pytest.approx(math.degrees(math.atan(6.0 / 28.0)))
+    assert found.angle_deg == pytest.approx(math.degrees(math.atan(0.6)), abs=1.0)
+    assert found.height_m == pytest.approx(28.0 * 0.6, rel=0.15)
+
+
 def test_a_layer_too_thin_for_a_slope_has_a_bound_and_no_angle():
     found = wedges(5.0, 30.0)
     assert math.isnan(found.left_deg)

@@ -243,6 +243,26 @@ def test_a_heap_whose_outline_alone_is_high_enough_is_flat_for_both_estimators(c
     assert (shape.angle_profile_deg, shape.angle_silhouette_deg) == (0.0, 0.0)
 
 
+def test_a_heap_of_clumps_is_measured_in_radii_of_equal_volume(cone):
+    """Spheres of a cone taken as pairs, each a grain of 1.3 times their radius."""
+    grains = cone(25.0, seed=4)
+    spheres, n = grains[: len(grains) // 2 * 2] * RADIUS_M, len(grains) // 2
+    radii = np.full(2 * n, RADIUS_M)
+    shape = measure_heap(spheres, radii, np.full(n, 1.3 * RADIUS_M))
+    assert shape.angle_profile_deg == pytest.approx(25.0, abs=1.0)
+    assert shape.heap_height_m == pytest.approx(measure_heap(spheres, radii).heap_height_m, rel=0.02)
+    height = shape.heap_height_m
+    assert not measure_heap(spheres, radii, np.full(n, 0.99 * height / 6.0)).is_flat
+    assert measure_heap(spheres, radii, np.full(n, 1.05 * height / 6.0)).is_flat  # lower than three diameters of a grain
+
+
+def test_standing_clumps_are_counted_once(cone):
+    grains = cone(30.0, seed=5, volume=170.0 * 4.0 / 3.0 * np.pi / SOLID_FRACTION) * RADIUS_M
+    radii = np.full(len(grains), RADIUS_M)
+    assert not measure_heap(grains, radii).is_flat
+    assert measure_heap(grains, radii, np.full(len(grains) // 4, RADIUS_M)).is_flat  # fewer than 30 stand
+
+
 def test_nothing_left_on_the_plate_is_flat():
     shape = measure_heap(np.empty((0, 3)), np.empty(0))
     assert shape.is_flat

@@ -45,6 +45,16 @@ def test_small_grains_between_large_ones_count():
     assert core_solid_fraction(both, radii, 12.0) == pytest.approx(math.pi / 6.0 * (1.0 + small**3), rel=0.01)
 
 
+def test_overlapping_spheres_of_clumps_count_once_and_layers_are_those_of_grains():
+    places = vessel([[0, 0, 0]], 2.0)
+    twice, n = np.repeat(places, 2, axis=0), len(places)
+    assert core_solid_fraction(twice, np.ones(2 * n), 12.0, np.ones(n)) == pytest.approx(math.pi / 6.0, rel=0.01)
+    # of a vessel whose outer half is empty; grains of thrice the radius leave more of it out
+    inner = places[np.hypot(*places[:, :2].T) < 6.0]
+    few = core_solid_fraction(inner, np.ones(len(inner)), 12.0)
+    assert core_solid_fraction(inner, np.ones(len(inner)), 12.0, np.full(len(inner), 1.5)) > 1.3 * few
+
+
 def test_a_low_filling_has_the_density_of_its_middle_and_no_grains_none():
     places = vessel([[0, 0, 0]], 2.0, height=10.0)
     assert core_solid_fraction(places, np.ones(len(places)), 12.0) == pytest.approx(math.pi / 6.0, rel=0.1)

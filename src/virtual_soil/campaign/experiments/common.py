@@ -10,9 +10,12 @@ from dem.factory import SPACING_RATIO
 from virtual_soil.calibration.errors import CalibrationError, demand
 from virtual_soil.calibration.response import Response
 from virtual_soil.campaign.experiments.grading import radii_of
+from virtual_soil.campaign.experiments.shapes import clump_of, shape_of
 from virtual_soil.campaign.settings import setting
 
-SOIL_KEYS = tuple(Soil.__dataclass_fields__)
+#: Numbers of a design row that are a soil's, and those that describe its grains, their shape included.
+SOIL_KEYS = tuple(name for name in Soil.__dataclass_fields__ if name != "shape")
+MATERIAL_KEYS = (*SOIL_KEYS, "aspect_ratio")
 #: Solid fraction of grains in tube and box.
 SOLID_FRACTION = 0.57
 #: Largest overlap over the radius with which a run is as it should be; beyond it the grains are too soft for what happens to them.
@@ -31,6 +34,8 @@ STRESSES = ("normal_stresses_pa", "normal_stress_ratios")
 RESOLVED_RATIO = 0.01
 #: Duration of a consolidation under the lid: inertial times, and minimum number of steps.
 CONSOLIDATION_TIMES, CONSOLIDATION_STEPS = 40.0, 5500
+#: Least period of a box over the length of a clump, which the engine refuses to touch its own image.
+LEAST_PERIOD = 1.25
 #: Minimum of E*/p with grains that are not softened: overlaps of (p/E*)^(2/3) = 1 % of the radius.
 LEAST_STIFFNESS = 1000.0
 
@@ -84,11 +89,11 @@ def normal_stresses_pa(
 
 
 def soil_of(row: dict, settings: dict) -> Soil:
-    """Return the virtual soil of a design row; settings : of the simulation, or the configuration of the study (its grading).
+    """Return the virtual soil of a design row; settings : of the simulation, or the configuration of the study (grading, shape).
 
     Raises CalibrationError if the grains cannot have such radii.
     """
-    soil = Soil(**{key: row[key] for key in SOIL_KEYS if key in row}, **radii_of(settings))
+    soil = Soil(**{key: row[key] for key in SOIL_KEYS if key in row}, **radii_of(settings), shape=clump_of(row, settings))
     try:
         soil.sizes  # noqa: B018 (the engine refuses impossible ones)
     except ValueError as error:
@@ -111,12 +116,12 @@ def sliding(material: dict, config: dict, wall_frictions: Callable[[dict, dict],
 
     The frictional torque at a contact is at most mu_s F_n R, and a law that brakes spins (type A) stops any spin that a torque of
     mu_r F_n R can stop. If mu_s < mu_r at all contacts, a grain at rest never starts to spin. Simulations that differ only in such
-    a mu_r are therefore bitwise identical. At mu_s = mu_r they are not, because of rounding.
+    a mu_r are therefore bitwise identical. At mu_s = mu_r they are not, because of rounding. Clumps turn by forces, too.
     wall_frictions(material, config) : static and rolling friction of the walls.
     """
     static = material["static_friction"]
     brakes = not ROLLING[config["engine"]["rolling_model"]].SEPARATE_SPINS
-    if not brakes or material["rolling_friction"] <= static:
+    if not brakes or material["rolling_friction"] <= static or shape_of(config):
         return material
     simulated = {**material, "rolling_friction": 2.0 * static}
     wall_static, wall_rolling = wall_frictions(simulated, config)
@@ -127,9 +132,11 @@ def check_stiffness(soil: Soil, stress_pa: float, number: float | None, key: str
     """Raise CalibrationError, naming the shear modulus that would do, if the grains are too soft for a stress.
 
     number : E*/p that softening aims at, the setting `key`; None: the grains are not softened, and LEAST_STIFFNESS is demanded.
-    Softer grains than that overlap so much that they are no grains any more. Adhesion presses them as a stress does.
+    Softer grains than that overlap so much that they are no grains any more. Adhesion presses them as a stress does. On
+    the smallest sphere of a clump forces press the more; it has LEAST_STIFFNESS, too.
     """
     wanted = LEAST_STIFFNESS if number is None else number
+    wanted = max(wanted, min(wanted, LEAST_STIFFNESS) * soil.pressed_ratio)
     stress_pa += soil.contact_stress_pa
     least = wanted * stress_pa * (1.0 - soil.poisson_ratio)
     demand(
@@ -143,21 +150,31 @@ def check_stiffness(soil: Soil, stress_pa: float, number: float | None, key: str
 def softening(soil: Soil, stress_pa: float, number: float | None) -> float:
     """By how much to soften the grains so that E* over the largest stress of a test is `number`; None leaves them as they are.
 
-    Adhesion presses the grains as a stress does.
+    Never stiffer than they are. Adhesion presses the grains as a stress does; of clumps the smallest sphere counts.
     """
     if number is None:
         return 1.0
-    return soil.shear_modulus_pa / (1.0 - soil.poisson_ratio) / (number * (stress_pa + soil.contact_stress_pa))
+    pressed = (stress_pa + soil.contact_stress_pa) * soil.pressed_ratio
+    return max(1.0, soil.shear_modulus_pa / (1.0 - soil.poisson_ratio) / (number * pressed))
+
+
+def check_period(soil: Soil, period_m: float, key: str) -> None:
+    """Raise CalibrationError, naming the setting `key` of a period, if grains of this shape could meet their own images in it."""
+    length = 2.0 * soil.sizes.largest_m * soil.bounding_ratio
+    least = LEAST_PERIOD * length
+    if soil.shape is not None:
+        sizes = f"{1e3 * period_m:.3g} mm with grains up to {1e3 * length:.3g} mm long"
+        demand(period_m > least, key, sizes, f"more than {1e3 * least:.3g} mm, {LEAST_PERIOD:g} of their lengths")
 
 
 def time_step_s(soil: Soil, engine: Engine) -> float:
     """Time step in s of a test with this soil."""
-    return stable_time_step(soil.sizes.smallest_m, soil.softened(engine.stiffness_reduction), engine.time_step_rayleigh_ratio)
+    return stable_time_step(soil.smallest_sphere_m, soil.softened(engine.stiffness_reduction), engine.time_step_rayleigh_ratio)
 
 
 def loose_column_m(soil: Soil, n_grains: int, area_m2: float) -> float:
     """Height in m of the lattice of n grains over an area before they are dropped (see `dem.factory`)."""
-    spacing = 2.0 * SPACING_RATIO * soil.sizes.largest_m
+    spacing = 2.0 * SPACING_RATIO * soil.sizes.largest_m * soil.bounding_ratio
     return n_grains * spacing**3 / area_m2
 
 

@@ -11,7 +11,7 @@ import pandas as pd
 
 from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.noise import student
-from virtual_soil.campaign.experiments.common import SOIL_KEYS
+from virtual_soil.campaign.experiments.common import MATERIAL_KEYS
 
 #: Minimum number of distinct normal stresses for a line with a standard error.
 LEAST_STRESSES = 3
@@ -76,7 +76,7 @@ def strength_table(runs: pd.DataFrame, columns: tuple[str, str], by_seed: bool =
     normal stress of a test. prefix : of the columns of cohesion, friction angle and their errors.
     """
     keys = ["point_id", "fidelity", *(["seed"] if by_seed else [])]
-    kept = ["fidelity", "point_id", *sorted(set(SOIL_KEYS) & set(runs.columns)), *keys[2:]]
+    kept = ["fidelity", "point_id", *sorted(set(MATERIAL_KEYS) & set(runs.columns)), *keys[2:]]
     tau_column, p_column = columns
     rows = []
     for _, tests in runs.groupby(keys, sort=False):

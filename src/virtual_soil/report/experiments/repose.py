@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from dem import Grains
 from virtual_soil.campaign.experiments.registry import RESPONSES as CAMPAIGN_RESPONSES
 from virtual_soil.campaign.experiments.repose.declared import gravity_m_s2, lift_speed_m_s
+from virtual_soil.campaign.grains import grain_radii_m
 from virtual_soil.campaign.study import experiment_settings
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.pack import packed_grains
@@ -86,11 +87,12 @@ def heap(filled: pd.DataFrame, grains: pd.DataFrame, angle_deg: float, tube_m: f
         axes.axhline(0.0, color="black")
         axes.set_title(title)
     if len(filled):
+        radii = grain_radii_m(filled)
         top = 1e3 * float((filled["z_m"] + filled["radius_m"]).max())
         for side in (-1e3 * tube_m, 1e3 * tube_m):
             left.plot([side, side], [0.0, 1.1 * top], color="black", linewidth=2)
         size = f"tube {2e3 * tube_m:.3g} mm, filled to {top:.3g} mm"
-        left.set_title(f"{size}:\n{len(filled)} grains of {1e3 * filled['radius_m'].mean():.3g} mm radius", fontsize="small")
+        left.set_title(f"{size}:\n{len(radii)} grains of {1e3 * radii.mean():.3g} mm radius", fontsize="small")
     if len(grains) and angle_deg > 0:
         top = 1e3 * float((grains["z_m"] + grains["radius_m"]).max())
         foot = top / np.tan(np.radians(angle_deg))

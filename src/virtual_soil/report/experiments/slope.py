@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from dem import Grains
 from dem.experiments.cut_slope import CREST_RATIO, FLOOR_LAYER
 from virtual_soil.campaign.experiments.slope.declared import gravity_m_s2
+from virtual_soil.campaign.grains import grain_radii_m
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas, draw_grains
 from virtual_soil.report.study import Study, base_point, before_and_after, couple
@@ -100,13 +101,13 @@ def slope(before: pd.DataFrame, after: pd.DataFrame, run: Mapping) -> Figure:
     figure, axes = canvas(2, height=3.0)
     if not len(before):
         return figure
-    places = ["x_m", "z_m"]
-    moved = np.linalg.norm(after[places].to_numpy() - before[places].to_numpy(), axis=1) / before["radius_m"].mean()
+    places, radius = ["x_m", "z_m"], grain_radii_m(before).mean()
+    moved = np.linalg.norm(after[places].to_numpy() - before[places].to_numpy(), axis=1) / radius
     for panel, state, name in zip(axes, (before, after), ("as cut", "at its end"), strict=True):
         draw_grains(panel, state, np.minimum(moved, 10.0))
         panel.set_title(name)
     if np.isfinite(run["stands_deg"]):
-        bottom = 1e3 * FLOOR_LAYER * before["radius_m"].mean()
+        bottom = 1e3 * FLOOR_LAYER * radius
         height = 1e3 * run["slope_height_m"]
         crest = CREST_RATIO * height
         toe = crest + height / np.tan(np.radians(run["stands_deg"]))

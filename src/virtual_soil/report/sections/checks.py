@@ -17,10 +17,9 @@ FIGURES: dict[str, Entry] = {}
 TABLES = {"acceleration": "Bias of the acceleration"}
 
 #: Assumptions beside those of the experiments.
-ASSUMPTIONS = (
-    "Equal spheres unless a spread of radii is configured; the paper does not say.",
-    "In the radius sweep the geometry grows with the grains unless configured otherwise; the lift speed stays.",
-)
+SPHERES = "Equal spheres unless a spread of radii is configured; the paper does not say."
+CLUMPS = "Grains are clumps, rigid unions of spheres ({}); their radii are those of the spheres of equal volume."
+ASSUMPTIONS = ("In the radius sweep the geometry grows with the grains unless configured otherwise; the lift speed stays.",)
 #: Assumption of studies that stand beside what the paper prints.
 READING = (
     "The paper's Equation 3 is read with c in kPa and r0 = 200 µm for the shear test: only then does it give the printed values."
@@ -51,7 +50,9 @@ def words(study: Study) -> dict:
 def assumptions(study: Study) -> list[str]:
     """Assumptions of the study's experiments, and of all studies."""
     own = [text for experiment in of_study(study.config) for text in experiment.ASSUMPTIONS]
-    return [*own, *ASSUMPTIONS, *([READING] if study.as_printed else [])]
+    shape = study.config.get("shape")
+    grains = SPHERES if shape is None else CLUMPS.format(shape["name"])
+    return [*own, grains, *ASSUMPTIONS, *([READING] if study.as_printed else [])]
 
 
 def acceleration_table(table: pd.DataFrame) -> pd.DataFrame:

@@ -15,6 +15,7 @@ from virtual_soil.campaign.experiments.common import (
     SOLID_FRACTION,
     USUAL_ANGLES_DEG,
     bulk_density,
+    check_period,
     check_stiffness,
     engine_of,
     loose_column_m,
@@ -24,6 +25,7 @@ from virtual_soil.campaign.experiments.common import (
     time_step_s,
 )
 from virtual_soil.campaign.experiments.grading import grading_of
+from virtual_soil.campaign.experiments.shapes import shape_of
 from virtual_soil.campaign.settings import setting
 
 NAME = "draw_down"
@@ -82,15 +84,16 @@ DENSITIES = {"box_bulk_density_kg_m3": "box_solid_fraction"}
 #: Section that states the laboratory's apparatus (`experiments.apparatus`).
 APPARATUS = "draw_down_test"
 
-#: Default seeds of each stage: the rates of equal boxes differ by some 3 %, their slopes by 2 to 3 degrees (docs/decisions/11).
+#: Default seeds of each stage: the rates of equal boxes differ by some 3 %, their slopes by 2 to 3 degrees (docs/decisions/12).
 SEEDS = {"design": [1, 2], "check": [1], "refine": [1, 2], "verify": [101, 102, 103, 104, 105, 106]}
 
 #: Status of the simulations that count.
 SOUND = ("done",)
 
 #: Time until the filled box is at rest, in free-fall times of the loose column; time until the flow has ended, over that of the
-#: whole filling at Beverloo's rate; mean share of the grains that is in the box meanwhile.
-FILL_FALL_TIMES, FLOW_TIMES, SHARE_INSIDE = 2.0, 2.0, 0.5
+#: whole filling at Beverloo's rate; then of the slopes' coming to rest, in free-fall times of the filling; mean share of the grains
+#: that is in the box meanwhile.
+FILL_FALL_TIMES, FLOW_TIMES, REST_FALL_TIMES, SHARE_INSIDE = 2.0, 1.2, 8.0, 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -197,6 +200,7 @@ def setup(config: dict, row: dict) -> dict:
         draw_down.check(soil, test)
     except ValueError as error:
         raise CalibrationError(f"{NAME}, {APPARATUS}: {error}") from None
+    check_period(soil, test.thickness_m, f"{NAME}.thickness_ratio")
     gravity = gravity_m_s2(config)
     stress, number = SOLID_FRACTION * soil.density_kg_m3 * gravity * test.height_m, fidelity["draw_down_stiffness_number"]
     check_stiffness(soil, stress, number, f"fidelity.{row['fidelity']}.draw_down_stiffness_number")
@@ -206,13 +210,13 @@ def setup(config: dict, row: dict) -> dict:
         "time_step_rayleigh_ratio": fidelity["draw_down_time_step_rayleigh_ratio"],
         "stiffness_reduction": softening(soil, stress, number),
     }
-    return {"setup": protocol, "engine": engine, **grading_of(config)}
+    return {"setup": protocol, "engine": engine, **grading_of(config), **shape_of(config)}
 
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:
-    """Return the number of grains and the expected steps of all of them: fall of the filling, then the flow of ever fewer."""
+    """Return the number of spheres and the expected steps of all of them: fall of the filling, then the flow of ever fewer."""
     soil, engine, test = soil_of(row, settings), engine_of(settings), draw_down.Setup(**settings["setup"])
     n = draw_down.n_grains(soil, test)
     fall_s = math.sqrt(2.0 * loose_column_m(soil, n, test.length_m * test.thickness_m) / engine.gravity_m_s2)
-    flow_s = SHARE_INSIDE * FLOW_TIMES * draw_down.flow_time_s(soil, test, engine)
-    return n, (FILL_FALL_TIMES * fall_s + flow_s) / time_step_s(soil, engine)
+    flow_s = FLOW_TIMES * draw_down.flow_time_s(soil, test, engine) + REST_FALL_TIMES * draw_down.fall_time_s(test, engine)
+    return n * soil.n_spheres, (FILL_FALL_TIMES * fall_s + SHARE_INSIDE * flow_s) / time_step_s(soil, engine)

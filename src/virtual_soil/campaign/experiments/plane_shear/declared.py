@@ -19,6 +19,7 @@ from virtual_soil.campaign.experiments.common import (
     USUAL_ANGLES_DEG,
     USUAL_COHESIONS_PA,
     bulk_density,
+    check_period,
     check_stiffness,
     engine_of,
     lid_stresses,
@@ -29,6 +30,7 @@ from virtual_soil.campaign.experiments.common import (
     time_step_s,
 )
 from virtual_soil.campaign.experiments.grading import grading_of
+from virtual_soil.campaign.experiments.shapes import shape_of
 from virtual_soil.campaign.settings import setting
 
 NAME = "plane_shear"
@@ -205,19 +207,22 @@ def setup(config: dict, row: dict) -> dict:
     least, largest = protocol["shear_strain"], protocol["max_shear_strain"]
     demand(least <= largest, f"{NAME}.max_shear_strain", largest, f"at least {NAME}.shear_strain, {least:g}")
     number, soil = fidelity["plane_shear_stiffness_number"], soil_of(row, config)
+    for side in ("length", "width"):
+        check_period(soil, protocol[f"{side}_ratio"] * protocol["scale_radius_m"], f"{NAME}.{side}_ratio")
     check_stiffness(soil, row[LOAD], number, f"fidelity.{row['fidelity']}.plane_shear_stiffness_number")
     engine = {
         **config["engine"],
         "time_step_rayleigh_ratio": fidelity["plane_shear_time_step_rayleigh_ratio"],
         "stiffness_reduction": specimen.stiffness_reduction(soil, plane_shear.Setup(**protocol), number, 0.0),
     }
-    return {"setup": protocol, "engine": engine, **grading_of(config)}
+    return {"setup": protocol, "engine": engine, **grading_of(config), **shape_of(config)}
 
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:
-    """Return the number of grains and the expected steps: consolidation, then the shear strain at which most tests are steady."""
+    """Return the number of spheres and the expected steps: consolidation, then the shear strain at which most tests are steady."""
     soil = soil_of(row, settings)
     step = time_step_s(soil, engine_of(settings))
     test = plane_shear.Setup(**settings["setup"])
     consolidation = max(CONSOLIDATION_STEPS, CONSOLIDATION_TIMES * specimen.inertial_time(soil, test) / step)
-    return specimen.n_grains(soil, test), consolidation + test.shear_strain / plane_shear.shear_rate(soil, test) / step
+    strain_s = test.shear_strain / plane_shear.shear_rate(soil, test)
+    return specimen.n_grains(soil, test) * soil.n_spheres, consolidation + strain_s / step

@@ -25,6 +25,7 @@ from virtual_soil.campaign.experiments.common import (
     time_step_s,
 )
 from virtual_soil.campaign.experiments.grading import grading_of
+from virtual_soil.campaign.experiments.shapes import shape_of
 from virtual_soil.campaign.settings import choice, defaults, setting
 
 NAME = "repose"
@@ -220,7 +221,7 @@ def setup(config: dict, row: dict) -> dict:
         "time_step_rayleigh_ratio": fidelity["repose_time_step_rayleigh_ratio"],
         "stiffness_reduction": softening(soil, stress, number),
     }
-    return {"setup": protocol, "engine": engine, **grading_of(config)}
+    return {"setup": protocol, "engine": engine, **grading_of(config), **shape_of(config)}
 
 
 def flat_bound_deg(n_particles: int) -> float:
@@ -243,10 +244,10 @@ def time_limit_s(column_m: float, lift_speed_m_s: float, gravity_m_s2: float) ->
 
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:
-    """Return the number of grains and the expected steps: fall of the column, then lift of the tube over the filled height."""
+    """Return the number of spheres and the expected steps: fall of the column, then lift of the tube over the filled height."""
     soil, engine = soil_of(row, settings), engine_of(settings)
     test = angle_of_repose.Setup(**settings["setup"])
     area = tube_area_m2(test.tube_diameter_ratio, test.scale_radius_m)
     fall_s = math.sqrt(2.0 * loose_column_m(soil, test.n_particles, area) / engine.gravity_m_s2)
     lift_s = min(filled_height_m(soil, test.n_particles, area) / test.lift_speed_m_s, test.max_time_s)
-    return test.n_particles, (FILL_FALL_TIMES * fall_s + lift_s) / time_step_s(soil, engine)
+    return test.n_particles * soil.n_spheres, (FILL_FALL_TIMES * fall_s + lift_s) / time_step_s(soil, engine)

@@ -4,6 +4,7 @@ import pandas as pd
 
 from dem.measure.heap import measure_heap
 from virtual_soil.campaign.experiments.repose.declared import SOUND, flat_bound_deg
+from virtual_soil.campaign.grains import grain_radii_m
 
 NOTHING = {"angle_profile_deg": None, "angle_silhouette_deg": None, "angle_azimuth_sd_deg": None, "heap_height_m": None}
 
@@ -28,7 +29,7 @@ def angles(run: dict, grains: pd.DataFrame | None) -> dict:
         return dict.fromkeys(NOTHING)
     if run["status"] == "flat":
         return dict.fromkeys(NOTHING, 0.0)
-    shape = measure_heap(grains[["x_m", "y_m", "z_m"]].to_numpy(), grains["radius_m"].to_numpy())
+    shape = measure_heap(grains[["x_m", "y_m", "z_m"]].to_numpy(), grains["radius_m"].to_numpy(), grain_radii_m(grains))
     flat = shape.is_flat and run["status"] == "static"  # what still moves may end higher or lower
     return {"status": "flat" if flat else run["status"], **{key: getattr(shape, key) for key in NOTHING}}
 

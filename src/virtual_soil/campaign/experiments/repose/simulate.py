@@ -40,6 +40,7 @@ def row_of(heap, settings: dict) -> dict:
         }
     else:
         found = {key: getattr(heap, key) for key in ("status", "n_steps", "n_lost", *MEASURED)}
+        filled = heap.filled
         tube_m = settings["setup"]["tube_diameter_ratio"] * settings["setup"]["scale_radius_m"]
-        found["poured_solid_fraction"] = core_solid_fraction(heap.filled.positions_m, heap.filled.radii_m, tube_m)
+        found["poured_solid_fraction"] = core_solid_fraction(filled.positions_m, filled.radii_m, tube_m, heap.filled_radii_m)
     return {"n_particles": settings["setup"]["n_particles"], **found}

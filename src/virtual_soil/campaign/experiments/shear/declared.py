@@ -20,6 +20,7 @@ from virtual_soil.campaign.experiments.common import (
     USUAL_ANGLES_DEG,
     USUAL_COHESIONS_PA,
     USUAL_STRESSES_PA,
+    check_period,
     check_stiffness,
     engine_of,
     lid_stresses,
@@ -31,6 +32,7 @@ from virtual_soil.campaign.experiments.common import (
     time_step_s,
 )
 from virtual_soil.campaign.experiments.grading import grading_of
+from virtual_soil.campaign.experiments.shapes import shape_of
 from virtual_soil.campaign.settings import choice, defaults, setting
 
 NAME = "shear"
@@ -259,12 +261,14 @@ def setup(config: dict, row: dict) -> dict:
     number, gravity = fidelity["shear_stiffness_number"], engine["gravity_m_s2"]
     test, soil = direct_shear.Setup(**protocol), soil_of(row, config)
     check_lid(soil, test, gravity)
+    check_period(soil, test.width_m, f"{NAME}.width_ratio")
     stress = specimen.plane_stress_pa(soil, test, gravity)
     check_stiffness(soil, stress, number, f"fidelity.{row['fidelity']}.shear_stiffness_number")
     return {
         "setup": protocol,
         "engine": engine | {"stiffness_reduction": specimen.stiffness_reduction(soil, test, number, gravity)},
         **grading_of(config),
+        **shape_of(config),
     }
 
 
@@ -280,11 +284,11 @@ def check_lid(soil: Soil, test: direct_shear.Setup, gravity_m_s2: float) -> None
 
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:
-    """Return the number of grains and the expected steps: consolidation, then displacement of the lower frame."""
+    """Return the number of spheres and the expected steps: consolidation, then displacement of the lower frame."""
     soil = soil_of(row, settings)
     step = time_step_s(soil, engine_of(settings))
     test = direct_shear.Setup(**settings["setup"])
     n = specimen.n_grains(soil, test)
     consolidation = max(CONSOLIDATION_STEPS, CONSOLIDATION_TIMES * specimen.inertial_time(soil, test) / step)
     way_s = test.displacement_ratio * test.scale_radius_m / direct_shear.shear_speed(soil, test)
-    return n, consolidation + way_s / step
+    return n * soil.n_spheres, consolidation + way_s / step

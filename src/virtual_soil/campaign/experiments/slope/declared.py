@@ -12,6 +12,7 @@ from virtual_soil.campaign.experiments import apparatus
 from virtual_soil.campaign.experiments.common import (
     PREPARED_WITH_ADHESION,
     SOLID_FRACTION,
+    check_period,
     check_stiffness,
     engine_of,
     loose_column_m,
@@ -21,6 +22,7 @@ from virtual_soil.campaign.experiments.common import (
     time_step_s,
 )
 from virtual_soil.campaign.experiments.grading import grading_of
+from virtual_soil.campaign.experiments.shapes import shape_of
 from virtual_soil.campaign.settings import setting
 
 NAME = "slope"
@@ -164,6 +166,7 @@ def setup(config: dict, row: dict) -> dict:
     fidelity, soil = config["fidelity"][row["fidelity"]], soil_of(row, config)
     protocol = config[NAME] | {"scale_radius_m": scale_m(config, row)} | apparatus.slope(config, row)
     protocol["length_ratio"] *= protocol["height_ratio"]
+    check_period(soil, protocol["thickness_ratio"] * protocol["scale_radius_m"], f"{NAME}.thickness_ratio")
     gravity, height = gravity_m_s2(config), protocol["height_ratio"] * protocol["scale_radius_m"]
     stress, number = SOLID_FRACTION * soil.density_kg_m3 * gravity * height, fidelity["slope_stiffness_number"]
     check_stiffness(soil, stress, number, f"fidelity.{row['fidelity']}.slope_stiffness_number")
@@ -173,14 +176,14 @@ def setup(config: dict, row: dict) -> dict:
         "time_step_rayleigh_ratio": fidelity["slope_time_step_rayleigh_ratio"],
         "stiffness_reduction": softening(soil, stress, number),
     }
-    return {"setup": protocol, "engine": engine, **grading_of(config)}
+    return {"setup": protocol, "engine": engine, **grading_of(config), **shape_of(config)}
 
 
 def cost(row: dict, settings: dict) -> tuple[int, float]:
-    """Return the number of grains and the expected steps of all of them: fall of the bed, then the cuts of the bisection."""
+    """Return the number of spheres and the expected steps of all of them: fall of the bed, then the cuts of the bisection."""
     soil, engine, test = soil_of(row, settings), engine_of(settings), cut_slope.Setup(**settings["setup"])
     n = cut_slope.n_grains(soil, test)
     fall_s = math.sqrt(2.0 * loose_column_m(soil, n, test.length_m * test.thickness_m) / engine.gravity_m_s2)
     n_cuts = 1 + max(0, math.ceil(math.log2((cut_slope.VERTICAL_DEG - test.least_deg) / test.tolerance_deg)))
     cuts_s = n_cuts * CUT_SHARE * STAND_SHARE * cut_slope.STAND_FALL_TIMES * cut_slope.fall_time_s(test, engine)
-    return n, (FILL_FALL_TIMES * fall_s + cuts_s) / time_step_s(soil, engine)
+    return n * soil.n_spheres, (FILL_FALL_TIMES * fall_s + cuts_s) / time_step_s(soil, engine)

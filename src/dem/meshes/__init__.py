@@ -1,0 +1,1 @@
+"""Surfaces of triangles: files and parametric shapes, checks, smooth patches, search and contacts."""

@@ -1,0 +1,130 @@
+"""Grains that are clumps in other programs: the spheres of a grain of mean size, its mass and moments, and what is not the same.
+
+The values are those of the union, overlaps counted once; programs that integrate them themselves are told them. Axes are principal,
+the origin is the centre of mass.
+
+Sources: LIGGGHTS-PUBLIC documentation, fix particletemplate/multisphere and fix multisphere; LAMMPS documentation, molecule, fix
+pour and fix rigid/small; YADE's manual, BodyContainer.appendClumped. Tests run LIGGGHTS and LAMMPS.
+"""
+
+import math
+
+from dem import Clump
+
+#: File of a card with a shape -> what it holds. A line x y z r for every sphere is what `dem.Clump.read` and other programs take.
+FILES = {"clump.txt": "spheres", "lammps_grain.mol": "molecule"}
+#: Of programs that were not run.
+UNKNOWN_MASS = [
+    "Whether its dashpots take the mass of the grain, as virtual-soil's do, or of the sphere decides about rebounds: let two",
+    "grains collide first.",
+]
+#: Program -> what to know of its clumps.
+NOTES = {
+    "LIGGGHTS": [
+        "LIGGGHTS: fix vs_shape is the template, with mass and moments. Insert it by fix particledistribution/discrete and",
+        "fix insert/pack; integrate by fix multisphere, not by nve/sphere. Dashpots take the grain's mass, as virtual-soil's do.",
+    ],
+    "LAMMPS": [
+        "LAMMPS: molecule vs_grain, file lammps_grain.mol, with mass, centre and moments of the union; pour it (fix pour ... mol",
+        "vs_grain rigid vs_bodies) for fix vs_bodies all rigid/small molecule mol vs_grain. Leave out fix nve/sphere, exclude",
+        "contacts within a grain (neigh_modify exclude molecule/intra all), have molecule numbers (fix property/atom mol).",
+        "Of grains made otherwise LAMMPS adds up the moments of the spheres, which overlap: they are then not these.",
+        "Dashpots take the grain's mass, as virtual-soil's do.",
+    ],
+    "YADE": [
+        "YADE: add_grain(centre) makes a clump. YADE integrates mass and moments itself, on a grid (discretization), and turns the",
+        "clump's axes as it finds them. This part of the file follows the manual and was not run.",
+        *UNKNOWN_MASS,
+    ],
+    "EDEM": [
+        "EDEM: type the spheres in as a multi-sphere particle; compare EDEM's own mass and moments with those below, or type",
+        "these in.",
+        *UNKNOWN_MASS,
+    ],
+}
+CONTACTS = "Contacts act between spheres with their own radii, here and there."
+ROLLING = (
+    "Rolling friction acts between the spheres there. virtual-soil's type A brakes the whole grain, by the sum of mu_r F_n r of "
+    "its spheres."
+)
+
+
+def of_grain(clump: Clump, radius_m: float, density_kg_m3: float) -> dict:
+    """Shape of a grain of mean radius as the card has it."""
+    volume = 4.0 / 3.0 * math.pi * radius_m**3
+    mass = density_kg_m3 * volume
+    return {
+        "name": clump.name,
+        "spheres": [dict(zip(("x_m", "y_m", "z_m", "radius_m"), (radius_m * v for v in s), strict=True)) for s in clump.spheres],
+        "volume_m3": volume,
+        "mass_kg": mass,
+        "moments_kg_m2": [mass * radius_m**2 * moment for moment in clump.moments],
+    }
+
+
+def contact_radius_m(card: dict) -> float:
+    """Mean radius of the spheres that touch: of clumps their members, else the grains."""
+    radii = [sphere["radius_m"] for sphere in card["shape"]["spheres"]] if "shape" in card else []
+    return sum(radii) / len(radii) if radii else card["parameters"]["radius_m"]["value"]
+
+
+def smallest_radius_m(card: dict) -> float:
+    """Radius of the smallest sphere of a mean grain, which sets the time step."""
+    radius = card["parameters"]["radius_m"]["value"]
+    return min((sphere["radius_m"] for sphere in card["shape"]["spheres"]), default=radius) if "shape" in card else radius
+
+
+def explanation(card: dict, program: str) -> list[str]:
+    """Return comment lines about the shape, for grains that have one: what the file carries, and what is not the same."""
+    if "shape" not in card:
+        return []
+    said = card["shape"]
+    lines = [
+        f"Grains: clumps of {len(said['spheres'])} spheres, {said['name']}; their radius is that of the sphere of equal volume.",
+        f"A grain of mean size has a mass of {said['mass_kg']:.6g} kg and moments of "
+        f"{', '.join(f'{moment:.6g}' for moment in said['moments_kg_m2'])} kg m2, overlaps counted once.",
+    ]
+    if program not in NOTES:
+        return [*lines, f"{program}: THE SHAPE IS NOT CARRIED: the soil written here has spheres, whose heaps are others."]
+    rolls = card["parameters"]["rolling_friction"]["value"] > 0.0
+    return [*lines, *NOTES[program], CONTACTS, *([ROLLING] if rolls else [])]
+
+
+def files(card: dict) -> dict[str, str]:
+    """Return file name -> text of the files of a card with a shape; none without."""
+    return {name: TEXTS[kind](card["shape"]) for name, kind in FILES.items()} if "shape" in card else {}
+
+
+def rows(shape: dict) -> list[str]:
+    """Return the spheres as lines `x y z r` in m."""
+    return [" ".join(f"{sphere[key]:.9g}" for key in ("x_m", "y_m", "z_m", "radius_m")) for sphere in shape["spheres"]]
+
+
+def spheres_text(shape: dict) -> str:
+    """Text of clump.txt."""
+    return "\n".join([f"# {shape['name']}: x y z r of every sphere in m", *rows(shape)]) + "\n"
+
+
+def molecule_text(shape: dict) -> str:
+    """Text of LAMMPS' molecule file: atoms of type 1, whose masses add up to the grain's."""
+    spheres, cubes = shape["spheres"], sum(sphere["radius_m"] ** 3 for sphere in shape["spheres"])
+    sections = {
+        "Coords": [f"{s['x_m']:.9g} {s['y_m']:.9g} {s['z_m']:.9g}" for s in spheres],
+        "Types": ["1" for _ in spheres],
+        "Diameters": [f"{2.0 * s['radius_m']:.9g}" for s in spheres],
+        "Masses": [f"{shape['mass_kg'] * s['radius_m'] ** 3 / cubes:.9g}" for s in spheres],
+    }
+    head = [
+        f"# {shape['name']}, written by virtual-soil; SI units",
+        "",
+        f"{len(spheres)} atoms",
+        f"{shape['mass_kg']:.9g} mass",
+        "0 0 0 com",
+        f"{' '.join(f'{moment:.9g}' for moment in shape['moments_kg_m2'])} 0 0 0 inertia",
+    ]
+    for name, values in sections.items():
+        head += ["", name, "", *(f"{k} {value}" for k, value in enumerate(values, 1))]
+    return "\n".join(head) + "\n"
+
+
+TEXTS = {"spheres": spheres_text, "molecule": molecule_text}
