@@ -2,7 +2,16 @@
 
 GROUPS = [
     *("normal_impact", "oblique_impact", "friction"),
-    *("conservation", "invariance", "rest", "energy", "adhesion", "clumps", "bodies", "strength"),
+    *(
+        "conservation",
+        "invariance",
+        "rest",
+        "energy",
+        "adhesion",
+        "clumps",
+        "bodies",
+        "strength",
+    ),
 ]
 # Parts into which the heaps and shear tests over many seeds are divided.
 BULK_PARTS = range(16)
