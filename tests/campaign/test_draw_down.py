@@ -1,11 +1,13 @@
 """Draw-downs in a campaign: what becomes a response, what a laboratory states, what is expected and drawn."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from dem.measure.draw_down import slopes, steady_rate
 from virtual_soil.calibration.errors import CalibrationError
 from virtual_soil.campaign.experiments.common import engine_of, soil_of
 from virtual_soil.campaign.experiments.draw_down import declared, measure, simulate
@@ -120,11 +122,15 @@ def test_a_row_of_the_table_has_the_counts_slopes_and_density(small):
     done, failed = simulate.row_of(flow, settings), simulate.row_of(None, settings)
     assert set(done) == set(failed)
     assert (done["status"], done["n_out"]) == ("done", flow.n_particles - len(flow.after))
-    assert done["draw_down_left_deg"] == flow.slopes.left_deg
+    box, after = flow.setup, flow.after
+    left = slopes(after.positions_m, after.radii_m, box.length_m, box.slot_m, box.thickness_m)
+    assert (done["draw_down_left_deg"], done["draw_down_right_deg"]) == (left.left_deg, left.right_deg)
+    arched = simulate.row_of(dataclasses.replace(flow, status="arched"), settings)
+    assert math.isnan(arched["draw_down_left_deg"])
     assert 0.5 < done["box_solid_fraction"] < 0.65
     assert set(flow.history) == set(simulate.HISTORY)
     found = measure.measured(done, pd.DataFrame(flow.history), {})
-    assert (found["discharge_rate_kg_s_m"], found["discharge_rate_error_kg_s_m"]) == flow.discharge_rate_kg_s_m
+    assert (found["discharge_rate_kg_s_m"], found["discharge_rate_error_kg_s_m"]) == steady_rate(flow.time_s, flow.mass_out_kg_m)
 
 
 def test_the_pictures_show_slopes_and_rate(small):

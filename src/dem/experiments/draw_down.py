@@ -5,13 +5,12 @@ grains on the floor are glued to it (a rough floor: what stays does not slide on
 until none has left for a while and the rest is at rest. Grains are gone below the floor.
 
 One test tells three things that a heap or a shear box confuse: the rate of discharge, in which grains move fast and dilute, the
-angle at rest that stays behind, and the bulk density of the filled box.
+angle at rest that stays behind, and the bulk density of the filled box; `dem.measure.draw_down` reads them.
 """
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from functools import cached_property
 
 import numpy as np
 
@@ -19,9 +18,6 @@ from dem import Box, BoxRegion, Grains, Rich, Simulation, SimulationError
 from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.specimen import glue_reach_m, rectangle
 from dem.experiments.state import LOOK_STEPS, State, steps_in
-from dem.material import require
-from dem.measure.draw_down import Slopes, slopes, steady_rate
-from dem.measure.packing import slice_solid_fraction
 
 #: The filling is at rest at this kinetic energy (see `dem.Simulation.is_static`), at the latest after a number of free-fall times
 #: of the loose column.
@@ -134,28 +130,11 @@ class DrawDown(Rich):
         """Mass that has flowed out, as columns."""
         return {"time_s": self.time_s, "mass_out_kg_m": self.mass_out_kg_m}
 
-    @cached_property
-    def discharge_rate_kg_s_m(self) -> tuple[float, float]:
-        """Steady rate of discharge in kg/s per metre of the slot, and its standard error; nan unless the test is done."""
-        return steady_rate(self.time_s, self.mass_out_kg_m) if self.status == "done" else (math.nan, math.nan)
 
-    @cached_property
-    def slopes(self) -> Slopes:
-        """Slopes that stay on both sides of the slot; nan unless the test is done: an arch or a wall is none."""
-        setup, n = self.setup, len(self.after) if self.status == "done" else 0
-        places, radii = self.after.positions_m[:n], self.after.radii_m[:n]
-        return slopes(places, radii, setup.length_m, setup.slot_m, setup.thickness_m, self.left_radii_m)
-
-    @cached_property
-    def solid_fraction(self) -> float:
-        """Solid fraction of the filled box, away from walls, floor and surface."""
-        setup, filled = self.setup, self.before
-        return slice_solid_fraction(filled.positions_m, filled.radii_m, setup.length_m, setup.thickness_m, self.filled_radii_m)
-
-    @property
-    def filled_height_m(self) -> float:
-        """Height below which nine tenths of the filled grains lie, over 0.9."""
-        return float(np.quantile(self.before.positions_m[:, 2], 0.9)) / 0.9
+def require(condition: bool, name: str, value, allowed: str) -> None:
+    """Raise ValueError naming a size, its value and what is allowed, unless the condition holds."""
+    if not condition:
+        raise ValueError(f"{name} is {value}; allowed: {allowed}.")
 
 
 def n_grains(soil: Soil, setup: Setup) -> int:

@@ -3,6 +3,8 @@
 import math
 
 from dem.experiments import draw_down
+from dem.measure.draw_down import slopes
+from dem.measure.packing import slice_solid_fraction
 from virtual_soil.campaign.progress import Stage
 
 MEASURED = ("simulated_time_s", "max_overlap_ratio", "energy_dissipated_j", "energy_residual_ratio")
@@ -33,5 +35,8 @@ def row_of(flow, settings: dict) -> dict:
         numbers = dict.fromkeys((*SLOPES.values(), "box_solid_fraction", *MEASURED), math.nan)
         return {"status": "failed", "n_particles": 0, "n_out": 0, "n_steps": 0, **numbers}
     found = {key: getattr(flow, key) for key in ("status", "n_particles", "n_out", "n_steps", *MEASURED)}
-    slopes = {column: getattr(flow.slopes, name) for name, column in SLOPES.items()}
-    return found | slopes | {"box_solid_fraction": flow.solid_fraction}
+    box, before, after = flow.setup, flow.before, flow.after
+    n = len(after) if flow.status == "done" else 0  # an arch or a wall is no slope
+    left = slopes(after.positions_m[:n], after.radii_m[:n], box.length_m, box.slot_m, box.thickness_m, flow.left_radii_m)
+    density = slice_solid_fraction(before.positions_m, before.radii_m, box.length_m, box.thickness_m, flow.filled_radii_m)
+    return found | {column: getattr(left, name) for name, column in SLOPES.items()} | {"box_solid_fraction": density}
