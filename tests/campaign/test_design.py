@@ -8,7 +8,7 @@ import yaml
 
 from virtual_soil.calibration.errors import CalibrationError
 from virtual_soil.calibration.points import point_at
-from virtual_soil.campaign.design import decisive, expand, further
+from virtual_soil.campaign.design import SEED_KEYS, decisive, expand, further
 from virtual_soil.campaign.experiments.shear.declared import STRESSES_PA
 
 CONFIG = yaml.safe_load((Path(__file__).parents[2] / "config" / "config.yaml").read_text()) | {"experiments": ["repose", "shear"]}
@@ -153,7 +153,7 @@ def test_a_sweep_must_determine_its_factor(radii, n_couples, form, enough):
 
 def test_every_round_of_further_seeds_doubles_their_number_where_something_is_undecided():
     optimum = {"radius_m": 1e-4, "static_friction": 0.5, "rolling_friction": 0.1}
-    seeds = {"repose_seeds": [101, 102], "shear_seeds": [101], "plane_shear_seeds": [101], "slope_seeds": [101]}
+    seeds = {key: [101] for key in SEED_KEYS.values()} | {"repose_seeds": [101, 102]}
     assert decisive(CONFIG, {}, seeds, 1).empty
     first, second = (decisive(CONFIG, {"a": (optimum, ["repose"])}, seeds, k) for k in (1, 2))
     assert set(first["experiment"]) == {"repose"}
