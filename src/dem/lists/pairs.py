@@ -80,7 +80,8 @@ def find_pairs(grains, clumps, period, images, skin, outer):
         i = order[rank]
         row[i, 0] = m
         m = search_around(rank, grains, search, outer.partner, m)
-        m = append_far(rank, far, outer.partner, m) if m >= 0 else m
+        if reach > 1 and m >= 0:  # each call costs what its arrays cost to pass
+            m = append_far(rank, far, outer.partner, m)
         if m < 0:
             return -1
         row[i, 1] = m
