@@ -26,6 +26,10 @@ from virtual_soil.campaign.experiments.common import (
 )
 from virtual_soil.campaign.experiments.grading import grading_of
 from virtual_soil.campaign.experiments.shapes import shape_of
+from virtual_soil.campaign.experiments.unloaded import check_loads as check_loads
+from virtual_soil.campaign.experiments.unloaded import floors as floors
+from virtual_soil.campaign.experiments.unloaded import loads as loads
+from virtual_soil.campaign.experiments.unloaded import strength as strength
 from virtual_soil.campaign.settings import choice, defaults, setting
 
 NAME = "repose"
@@ -142,26 +146,6 @@ class Fidelity:
 CHECK: dict[str, tuple] = {}
 #: The paper's fidelity, where it differs.
 REFERENCE = {"repose_stiffness_number": None, "repose_time_step_rayleigh_ratio": 0.2}
-
-
-def loads(config: dict, material: dict) -> list[float]:
-    """Loads of a point: none, so one simulation per seed."""
-    return [math.nan]
-
-
-def check_loads(config: dict) -> list[float]:
-    """Loads of the check points."""
-    return [math.nan]
-
-
-def floors(config: dict) -> dict[str, float]:
-    """Least scale of the errors of a response: none beside the combined uncertainties."""
-    return {}
-
-
-def strength(config: dict, response: str) -> str:
-    """Which strength a response is: none."""
-    return ""
 
 
 def as_printed(config: dict) -> bool:
