@@ -16,7 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dem import Box, BoxRegion, Grains, Rich, Simulation, SimulationError, packed, unpacked
+from dem import Box, Grains, Rich, Simulation, SimulationError, packed, unpacked
+from dem.experiments.bed import dropped
 from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.specimen import floor, glue_reach_m, rectangle
 from dem.experiments.state import State, steps_in
@@ -149,21 +150,8 @@ def wall(name: str, x_m: float, setup: Setup) -> Box:
 
 def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
     """Floor, end walls and dropped grains, at time 0."""
-    grain, options = soil.softened(engine.stiffness_reduction), engine.options(soil)
-    early = options["adhesion"] if setup.prepared_with_adhesion else "none"
-    prepared = soil.prepared(setup.preparation_friction_ratio, early)
-    simulation = Simulation(
-        materials={"soil": grain, "frame": grain, "plate": grain},
-        interactions={("soil", "soil"): prepared, ("soil", "plate"): prepared, ("soil", "frame"): soil.interaction(0.0, 0.0)},
-        walls=[floor(), wall("back", 0.0, setup), wall("front", setup.length_m, setup)],
-        period_m=(0.0, setup.thickness_m, 0.0),
-        smallest_radius_m=soil.smallest_sphere_m,
-        floor_m=-2.0 * soil.sizes.largest_m,
-        **options,
-    )
-    region = BoxRegion(low_m=(0.0, 0.0), high_m=(setup.length_m, setup.thickness_m), bottom_m=0.0, periodic_y=True)
-    simulation.add_factory(soil.factory(n_grains(soil, setup), region, seed))
-    return simulation
+    walls = [floor(), wall("back", 0.0, setup), wall("front", setup.length_m, setup)]
+    return dropped(soil, setup, engine, seed, walls, n_grains(soil, setup))
 
 
 def start(soil: Soil, setup: Setup, engine: Engine, seed: int) -> State:

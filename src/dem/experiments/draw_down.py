@@ -14,7 +14,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from dem import Box, BoxRegion, Grains, Rich, Simulation, SimulationError
+from dem import Box, Grains, Rich, Simulation, SimulationError
+from dem.experiments.bed import dropped
 from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.specimen import glue_reach_m, rectangle
 from dem.experiments.state import LOOK_STEPS, State, steps_in
@@ -193,21 +194,7 @@ def walls(setup: Setup) -> list[Box]:
 def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
     """Closed box and dropped grains, at time 0."""
     check(soil, setup)
-    grain, options = soil.softened(engine.stiffness_reduction), engine.options(soil)
-    early = options["adhesion"] if setup.prepared_with_adhesion else "none"
-    prepared = soil.prepared(setup.preparation_friction_ratio, early)
-    simulation = Simulation(
-        materials={"soil": grain, "frame": grain, "plate": grain},
-        interactions={("soil", "soil"): prepared, ("soil", "plate"): prepared, ("soil", "frame"): soil.interaction(0.0, 0.0)},
-        walls=walls(setup),
-        period_m=(0.0, setup.thickness_m, 0.0),
-        smallest_radius_m=soil.smallest_sphere_m,
-        floor_m=-2.0 * soil.sizes.largest_m,
-        **options,
-    )
-    region = BoxRegion(low_m=(0.0, 0.0), high_m=(setup.length_m, setup.thickness_m), bottom_m=0.0, periodic_y=True)
-    simulation.add_factory(soil.factory(n_grains(soil, setup), region, seed))
-    return simulation
+    return dropped(soil, setup, engine, seed, walls(setup), n_grains(soil, setup))
 
 
 def start(soil: Soil, setup: Setup, engine: Engine, seed: int) -> State:
