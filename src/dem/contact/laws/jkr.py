@@ -39,14 +39,12 @@ LEAST_RATIO = 1e-6
 class Jkr(NamedTuple):
     """Constants of a contact.
 
-    Spring and dashpot; coefficient of the attraction in N m^(-3/4); 1 / delta_f; a_f / sqrt(R*) in m^(1/2); `least` as in
-    `dem.contact.laws.hertz.Hertz`.
+    Spring and dashpot; a_f / sqrt(R*) in m^(1/2), which gives the gap at tear-off, delta_f = 3 root_f^2; `least` as in
+    `dem.contact.laws.hertz.Hertz`. No more of them: the compiler gathers four values as a vector, and the loop is then none.
     """
 
     k_n: float
     c_n: float
-    k_a: float
-    inv_delta_f: float
     root_f: float
     least: float
 
@@ -54,7 +52,7 @@ class Jkr(NamedTuple):
 PARAMETERS = Jkr
 PROPERTIES = ("restitution", "work_of_adhesion_j_m2")
 COLUMNS = ("E_star", "w")
-CONSTANTS = ("k_n", "c_n", "k_a", "inv_delta_f", "root_f")
+CONSTANTS = ("k_n", "c_n", "root_f")
 #: 1 if the grains have touched since they were last apart (the sign is that of the pair's order).
 HISTORY = ("touched",)
 # the repulsive part is that of a Hertz contact of the same radius
@@ -91,29 +89,28 @@ def work_of_adhesion(pull_off_n, R_star):
 
 def read(law, c, o):
     """Constants of the contact whose first value stands at o."""
-    return Jkr(c[o], c[o + B], c[o + 2 * B], c[o + 3 * B], c[o + 4 * B], law.least)
+    return Jkr(c[o], c[o + B], c[o + 2 * B], law.least)
 
 
 def write(law, raw, p, c, o, pair):
-    """Turn the pair's columns, from p on in raw, into constants from o on.
-
-    The attraction sqrt(8 pi w E* a^3), with a = sqrt(R* D) and D the deformation, is k_a D^(3/4). At tear-off it is six times the
-    repulsion, so that k_a = 6 k_n (a_f / sqrt(R*))^(3/2).
-    """
+    """Turn the pair's columns, from p on in raw, into constants from o on."""
     E_star = float(raw[p])
     R_star = float(pair.R_star)
-    k_n = hertz.stiffness(E_star, R_star)
-    root_f = radius_at_tear_off(E_star, float(raw[p + B]), R_star) / math.sqrt(R_star)
-    c[o] = k_n
+    c[o] = hertz.stiffness(E_star, R_star)
     c[o + B] = hertz.damping_constant(E_star, R_star, pair.m_star, pair.beta)
-    c[o + 2 * B] = 6.0 * k_n * root_f * math.sqrt(root_f)
-    c[o + 3 * B] = 1.0 / (3.0 * root_f * root_f)
-    c[o + 4 * B] = root_f
+    c[o + 2 * B] = radius_at_tear_off(E_star, float(raw[p + B]), R_star) / math.sqrt(R_star)
+
+
+@lean_jit
+def gap_at_tear_off(root_f):
+    """delta_f in m."""
+    number = type(root_f)
+    return number(3.0) * root_f * root_f
 
 
 def touches(law, gap, overlap, h, o, zero):
     """True if the contact acts: with an overlap, or not yet torn off."""
-    return (gap > zero) | ((h[o] != zero) & (overlap * law.inv_delta_f > -type(zero)(1.0)))
+    return (gap > zero) | ((h[o] != zero) & (overlap > -gap_at_tear_off(law.root_f)))
 
 
 def remember(law, touching, h, o, one, zero):
@@ -129,20 +126,25 @@ def relative_radius(x, like):
     s = math.sqrt(max(one + x, like))
     above = number(math.sqrt(2.0)) + s * (number(START_A) + number(math.sqrt(3.0) * START_C) * s)
     y = math.sqrt(one + s * above / (one + s * (number(START_B) + number(START_C) * s)))
-    q = math.sqrt((y * (y + two) + three) * number(1.0 / 3.0))
-    y -= ((y - one) * q - s) / (q + (y - one) * (y + one) / (three * q))
+    square = (y * (y + two) + three) * number(1.0 / 3.0)
+    y -= number(1.5) * ((y - one) * square - s * math.sqrt(square)) / (y * (y + one) + one)
     return y * y
 
 
 def deformation(law, overlap, tiny):
     """Overlap in m of a Hertz contact with this contact's radius, a^2 / R*."""
-    root = relative_radius(overlap * law.inv_delta_f, tiny) * law.root_f
+    root = relative_radius(overlap / gap_at_tear_off(law.root_f), tiny) * law.root_f
     return root * root
 
 
 def attracted(law, f_n, overlap, root, fourth_root):
-    """Normal force in N, from its repulsive part f_n."""
-    return f_n - law.k_a * (root * fourth_root)
+    """Normal force in N, from its repulsive part f_n.
+
+    The attraction sqrt(8 pi w E* a^3), with a = sqrt(R* D) and D the deformation, goes with D^(3/4). At tear-off, where the root of
+    D is root_f, it is six times the repulsion k_n D^(3/2).
+    """
+    product = law.root_f * root
+    return f_n - type(root)(6.0) * law.k_n * product * math.sqrt(product)
 
 
 @lean_jit
@@ -154,7 +156,7 @@ def energy_along(y):
 @lean_jit
 def held_energy(law, y):
     """Energy in J at y relative to first touch; F_c = 9 k_n root_f^3."""
-    return 9.0 * law.k_n * law.root_f**3 / law.inv_delta_f * (energy_along(y) - energy_along(Y_TOUCH))
+    return 9.0 * law.k_n * law.root_f**3 * gap_at_tear_off(law.root_f) * (energy_along(y) - energy_along(Y_TOUCH))
 
 
 def normal_energy(law, overlap, root):
