@@ -11,10 +11,30 @@ settings.register_profile("project", deadline=None, derandomize=True)
 settings.load_profile("project")
 
 
+#: Files that take minutes. They begin first, so that no processor waits at the end for the last of them.
+LONG = (
+    "test_campaign.py",
+    "test_report_page.py",
+    "test_groups.py",
+    "test_faults.py",
+    "test_apparatus_guide.py",
+    "test_additions.py",
+    "test_examples.py",
+    "test_bodies.py",
+)
+
+
+def pytest_collection_modifyitems(items):
+    """Put the tests of long files first."""
+    items.sort(key=lambda item: item.path.name not in LONG)
+
+
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
     """Where tests run side by side, those of a file stay together, and so do the files that look at the one finished campaign."""
     from xdist.scheduler import LoadFileScheduling  # xdist's own marks for groups have no effect with pytest 9.2
+
+    config.option.loadscopereorder = False  # the files with the most tests are not those that take longest
 
     class BySharedFixtures(LoadFileScheduling):
         def _split_scope(self, nodeid):
