@@ -25,8 +25,8 @@ LONG = (
 
 
 def pytest_collection_modifyitems(items):
-    """Put the tests of long files first."""
-    items.sort(key=lambda item: item.path.name not in LONG)
+    """Put the tests of long files first, in the order above."""
+    items.sort(key=lambda item: LONG.index(item.path.name) if item.path.name in LONG else len(LONG))
 
 
 @pytest.hookimpl(optionalhook=True)
