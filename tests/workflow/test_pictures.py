@@ -126,6 +126,7 @@ def test_each_experiment_is_filmed(experiment, tmp_path, monkeypatch):
     }
     small["slope"] = {"height_ratio": 12.0, "length_ratio": 30.0, "thickness_ratio": 6.0, "tolerance_deg": 20.0}
     small["draw_down"] = {"length_ratio": 52.0, "slot_ratio": 12.0, "height_ratio": 26.0, "thickness_ratio": 6.0}
+    small["rotating_drum"] = {"diameter_ratio": 40.0, "thickness_ratio": 6.0, "turns": 0.1, "froude_number": 0.1}
     settings["setup"] |= small[experiment.NAME]
     path = tmp_path / "film.gif"
     frames = film.animate(experiment, row, settings, str(path))

@@ -40,6 +40,7 @@ OTHERS = {
             "plane_shear_seeds": [9],
             "slope_seeds": [9],
             "draw_down_seeds": [9],
+            "rotating_drum_seeds": [9],
         }
     },
     **{f"{name}.normal_stress_ratios": [100.0, 200.0, 400.0] for name in ("shear", "plane_shear")},
@@ -53,6 +54,10 @@ OTHERS = {
     **{f"shear_test.{key}_m": None for key in ("length", "height", "width", "displacement")},
     "slope_test.height_m": None,
     **{f"draw_down_test.{key}_m": None for key in ("box_length", "slot_width", "fill_height", "thickness")},
+    **{f"drum_test.{key}": None for key in ("diameter_m", "rate_rpm", "thickness_m")},
+    "drum_test.fill_ratio": 0.3,
+    "drum_test.froude_number": 0.05,
+    "rotating_drum.further_froude_numbers": [0.05],
     **{f"grading.{key}": None for key in ("sieve_diameters_m", "sieve_passing")},
     "shear.stresses": None,  # see test_study: the fixed ones are too small for boxes of large grains
     "design.geometry": None,  # see the test of its own: 3000 grains of 500 um do not fit into the tube of 50 um
