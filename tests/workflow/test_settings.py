@@ -55,9 +55,7 @@ OTHERS = {
     "slope_test.height_m": None,
     **{f"draw_down_test.{key}_m": None for key in ("box_length", "slot_width", "fill_height", "thickness")},
     **{f"drum_test.{key}": None for key in ("diameter_m", "rate_rpm", "thickness_m")},
-    "drum_test.fill_ratio": 0.3,
     "drum_test.froude_number": 0.05,
-    "rotating_drum.further_froude_numbers": [0.05],
     **{f"grading.{key}": None for key in ("sieve_diameters_m", "sieve_passing")},
     "shear.stresses": None,  # see test_study: the fixed ones are too small for boxes of large grains
     "design.geometry": None,  # see the test of its own: 3000 grains of 500 um do not fit into the tube of 50 um
