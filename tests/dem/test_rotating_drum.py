@@ -16,7 +16,7 @@ from dem.measure.drum import angles_of, steady_angle, surface_angle_deg
 
 SOIL = Soil(
     radius_m=1e-3, density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=2e6, static_friction=0.5, rolling_friction=0.1,
-    restitution=0.3, radius_sd_ratio=0.05,
+    restitution=0.3, radius_sd_ratio=0.1,  # so wide that they are poured in two goes
 )  # fmt: skip
 SETUP = rotating_drum.Setup(
     diameter_ratio=40.0, thickness_ratio=7.0, fill_ratio=0.4, froude_number=0.05, turns=0.7, scale_radius_m=1e-3
@@ -46,11 +46,12 @@ def turned():
 
 
 def test_all_grains_are_in_the_drum_at_the_beginning_and_at_the_end(turned):
-    drum = turned[0]
+    drum, states, _ = turned
+    assert states["fill"].notes["n_poured"] < drum.n_particles
     assert drum.status == "done"
     assert len(drum.before) == len(drum.after) == drum.n_particles == rotating_drum.n_grains(SOIL, SETUP)
-    assert np.array_equal(drum.before.radii_m, drum.after.radii_m)
     for grains in (drum.before, drum.after):
+        assert np.array_equal(grains.radii_m, SOIL.sizes.draw(drum.n_particles, np.random.default_rng(1)))
         assert (np.hypot(grains.positions_m[:, 0], grains.positions_m[:, 2]) < SETUP.radius_m).all()
 
 
@@ -63,7 +64,7 @@ def test_the_filling_is_as_deep_as_its_share_of_the_volume(turned):
 def test_the_surface_rises_to_the_side_to_which_the_lowest_point_of_the_drum_moves(turned):
     drum, _, lining = turned
     found = angle(drum)
-    assert 25.0 < found.mean_deg < 50.0
+    assert 25.0 < found.mean_deg < 60.0
     assert found.error_deg < 3.0
     assert found.lower_deg < found.mean_deg < found.upper_deg
     times = np.array([time_s for time_s, _ in lining])
