@@ -272,10 +272,16 @@ def test_numbers_that_are_wrong_by_magnitudes_are_refused_unless_insisted_on(key
 
 
 @pytest.mark.parametrize(("clumps", "variants"), [(False, {False}), (True, {False, True})])
-def test_the_kernels_of_clumps_are_compiled_for_studies_of_clumps(monkeypatch, tmp_path, clumps, variants):
+@pytest.mark.parametrize("turning", [False, True])
+def test_kernels_are_compiled_for_clumps_and_for_bodies_that_turn_where_a_study_has_them(
+    monkeypatch, tmp_path, clumps, variants, turning
+):
     """Those without are needed, too: a simulation is set up before its clumps are added."""
     asked = []
     monkeypatch.setattr("dem.compiled.ensure", lambda **chosen: asked.append(chosen))
-    compile_kernels.main(complete()["engine"], ["none", "constant"], clumps, str(tmp_path / "kernels.txt"))
-    wanted = {(law, variant) for law in ("none", "constant") for variant in variants}
-    assert {(chosen["adhesion"], chosen["clumps"]) for chosen in asked} == wanted
+    engine = complete()["engine"] | {"energy_ledger": True}
+    compile_kernels.main(engine, ["none", "constant"], clumps, turning, str(tmp_path / "kernels.txt"))
+    wanted = {(law, variant, turns) for law in ("none", "constant") for variant in variants for turns in {False, turning}}
+    assert {(chosen["adhesion"], chosen["clumps"], chosen.get("turning", False)) for chosen in asked} == wanted
+    # the ledger does not book bodies that turn
+    assert all(chosen["energy_ledger"] != chosen.get("turning", False) for chosen in asked)

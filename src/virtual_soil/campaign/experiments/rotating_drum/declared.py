@@ -70,6 +70,9 @@ PROPERTIES: dict[str, str] = {}
 #: Response of the bulk density -> measured solid fraction that it is the grains' density times: none.
 DENSITIES: dict[str, str] = {}
 
+#: True if bodies of the test turn, for which the engine has kernels of their own.
+TURNING = True
+
 #: Section that states the laboratory's apparatus (`experiments.apparatus`).
 APPARATUS = "drum_test"
 
