@@ -1,5 +1,6 @@
 """Rotating drums in a campaign: what becomes a response, what a laboratory states, what is expected and drawn."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -133,3 +134,9 @@ def test_the_pictures_show_the_drum_its_angle_and_all_rates(small):
     assert f"θ {run['drum_angle_deg']:.1f} ±" in described.facts(run)
     assert described.facts({**run, "status": "failed"}) == "failed"
     assert described.angles(None, 0.2).empty
+
+
+def test_the_film_shows_layers_from_the_bottom_of_the_drum_to_its_axis(small):
+    places = np.array([[0.0, 0.0, z] for z in (-20e-3, -15e-3, -1e-3, 20e-3)])
+    grains = dataclasses.replace(small[2].before, positions_m=places)
+    assert described.colour(grains).tolist() == [0, 1, described.N_LAYERS - 1, described.N_LAYERS - 1]

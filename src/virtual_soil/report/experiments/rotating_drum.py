@@ -140,9 +140,9 @@ def period_m(setup: dict) -> float:
 
 
 def colour(grains: Grains) -> np.ndarray:
-    """Number of the horizontal layer of each grain, from the bottom."""
+    """Number of the horizontal layer of each grain, from the bottom of the drum to its axis."""
     z = grains.positions_m[:, 2]
-    return np.clip(np.floor(N_LAYERS * (z - z.min()) / np.ptp(z)), 0, N_LAYERS - 1)
+    return np.clip(np.floor(N_LAYERS * (1.0 - z / z.min())), 0, N_LAYERS - 1)
 
 
 def title(frame, _row: dict, _settings: dict) -> str:
