@@ -87,7 +87,7 @@ def project(tmp_path_factory):
     line = printed("add-an-experiment.md", "from virtual_soil.campaign.experiments.density import")
     first = "from virtual_soil.campaign.experiments.repose"
     text = registry.read_text().replace(first, f"{line}{first}", 1)
-    registry.write_text(re.sub(r"= \((shear, plane_shear, slope, draw_down, repose)\)", r"= (\1, density)", text))
+    registry.write_text(re.sub(r"= \((shear, plane_shear, slope, draw_down, rotating_drum, repose)\)", r"= (\1, density)", text))
     result = run(project, "virtual_soil.campaign.generate")
     assert result.returncode == 0, result.stderr
     after = hashes(project)

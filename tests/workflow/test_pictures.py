@@ -8,10 +8,11 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from matplotlib.figure import Figure
 from PIL import Image
 
 import grains_vtu
-from dem import Box, Grains, Tube
+from dem import Box, Grains, Tube, solids
 from virtual_soil.campaign import recording
 from virtual_soil.campaign.code import ROOT
 from virtual_soil.campaign.grains import empty_grains, grain_table
@@ -52,6 +53,22 @@ def test_clumps_that_fell_off_the_plate_are_gone_with_all_their_spheres():
     for time_s, grains in ((0.0, before), (0.01, after)):
         shot(SimpleNamespace(grains=grains, time_s=time_s, wall_names=[]), "lift")
     assert shot.frames[1].numbers.tolist() == [0, 1, 4, 5]
+
+
+def test_where_no_grain_left_all_are_still_there_whole_clumps_or_not():
+    """A drum's film shows the single grains of its lining beside clumps."""
+    grains = grains_at([[0, 0, 0.5], [0, 0, 0.1], [1, 0, 0.1]])
+    assert recording.still_there(grains, grains, 0.0, n_spheres=2).tolist() == [0, 1, 2]
+
+
+def test_a_mesh_is_drawn_by_its_edges_where_it_is_in_space():
+    """A square tube about the y axis: all edges on its four sides and their diagonals, seen along y."""
+    tube = solids.tube(2e-3, 1e-2, 4, name="drum", material="m", orientation=(0.5**0.5, 0.5**0.5, 0.0, 0.0))
+    axes = Figure().subplots()
+    film.draw_wall(axes, tube)
+    corners = np.concatenate(axes.collections[0].get_segments())
+    assert np.abs(corners).sum(axis=1) == pytest.approx(2.0)  # mm, on |x| + |z| = 2
+    assert corners.min(axis=0) == pytest.approx([-2.0, -2.0])
 
 
 def test_a_film_shows_one_stage_evenly_from_its_first_look_to_its_last():
@@ -126,6 +143,7 @@ def test_each_experiment_is_filmed(experiment, tmp_path, monkeypatch):
     }
     small["slope"] = {"height_ratio": 12.0, "length_ratio": 30.0, "thickness_ratio": 6.0, "tolerance_deg": 20.0}
     small["draw_down"] = {"length_ratio": 52.0, "slot_ratio": 12.0, "height_ratio": 26.0, "thickness_ratio": 6.0}
+    small["rotating_drum"] = {"diameter_ratio": 40.0, "thickness_ratio": 6.0, "turns": 0.1, "froude_number": 0.1}
     settings["setup"] |= small[experiment.NAME]
     path = tmp_path / "film.gif"
     frames = film.animate(experiment, row, settings, str(path))

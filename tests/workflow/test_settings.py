@@ -40,6 +40,7 @@ OTHERS = {
             "plane_shear_seeds": [9],
             "slope_seeds": [9],
             "draw_down_seeds": [9],
+            "rotating_drum_seeds": [9],
         }
     },
     **{f"{name}.normal_stress_ratios": [100.0, 200.0, 400.0] for name in ("shear", "plane_shear")},
@@ -53,6 +54,8 @@ OTHERS = {
     **{f"shear_test.{key}_m": None for key in ("length", "height", "width", "displacement")},
     "slope_test.height_m": None,
     **{f"draw_down_test.{key}_m": None for key in ("box_length", "slot_width", "fill_height", "thickness")},
+    **{f"drum_test.{key}": None for key in ("diameter_m", "rate_rpm", "thickness_m")},
+    "drum_test.froude_number": 0.05,
     **{f"grading.{key}": None for key in ("sieve_diameters_m", "sieve_passing")},
     "shear.stresses": None,  # see test_study: the fixed ones are too small for boxes of large grains
     "design.geometry": None,  # see the test of its own: 3000 grains of 500 um do not fit into the tube of 50 um
@@ -269,10 +272,16 @@ def test_numbers_that_are_wrong_by_magnitudes_are_refused_unless_insisted_on(key
 
 
 @pytest.mark.parametrize(("clumps", "variants"), [(False, {False}), (True, {False, True})])
-def test_the_kernels_of_clumps_are_compiled_for_studies_of_clumps(monkeypatch, tmp_path, clumps, variants):
+@pytest.mark.parametrize("turning", [False, True])
+def test_kernels_are_compiled_for_clumps_and_for_bodies_that_turn_where_a_study_has_them(
+    monkeypatch, tmp_path, clumps, variants, turning
+):
     """Those without are needed, too: a simulation is set up before its clumps are added."""
     asked = []
     monkeypatch.setattr("dem.compiled.ensure", lambda **chosen: asked.append(chosen))
-    compile_kernels.main(complete()["engine"], ["none", "constant"], clumps, str(tmp_path / "kernels.txt"))
-    wanted = {(law, variant) for law in ("none", "constant") for variant in variants}
-    assert {(chosen["adhesion"], chosen["clumps"]) for chosen in asked} == wanted
+    engine = complete()["engine"] | {"energy_ledger": True}
+    compile_kernels.main(engine, ["none", "constant"], clumps, turning, str(tmp_path / "kernels.txt"))
+    wanted = {(law, variant, turns) for law in ("none", "constant") for variant in variants for turns in {False, turning}}
+    assert {(chosen["adhesion"], chosen["clumps"], chosen.get("turning", False)) for chosen in asked} == wanted
+    # the ledger does not book bodies that turn
+    assert all(chosen["energy_ledger"] != chosen.get("turning", False) for chosen in asked)

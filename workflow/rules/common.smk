@@ -159,7 +159,7 @@ COMPARED_BY = {
 # Sections that say how the simulations of a later stage are made.
 SIMULATED_BY = (
     *("experiments", "material", "shape", "grading", "design", *TESTS, "engine"),
-    *("repose_test", "shear_test", "slope_test", "draw_down_test"),
+    *("repose_test", "shear_test", "slope_test", "draw_down_test", "drum_test"),
 )
 # Least scales of the responses' errors.
 FLOORS = {

@@ -28,6 +28,7 @@ rule compile_kernels:
         settings=config["engine"],
         adhesion=adhesion_laws(config),
         clumps=config["shape"] is not None,
+        turning=any(experiment.TURNING for experiment in chosen(config["experiments"])),
         code=CODE.of_script("compile_kernels"),
     message:
         "Compile the engine's kernels once, before the simulations start."

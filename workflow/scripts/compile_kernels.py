@@ -7,14 +7,23 @@ from dem import compiled, jit
 from virtual_soil.campaign.files import write_text
 
 
-def main(settings, laws, clumps, marker):
+def main(settings, laws, clumps, turning, marker):
     chosen = {name: settings[name] for name in compiled.Variant._fields if name in settings}
     # a simulation is set up without clumps, which are added to it
     for adhesion, with_clumps in itertools.product(laws, (False, True) if clumps else (False,)):
-        compiled.ensure(**chosen | {"adhesion": adhesion, "clumps": with_clumps})
+        variant = chosen | {"adhesion": adhesion, "clumps": with_clumps}
+        compiled.ensure(**variant)
+        if turning:  # in periodic slices, and without a ledger, which does not book bodies that turn
+            compiled.ensure(**variant | {"energy_ledger": False, "turning": True, "periodic": True})
     write_text(marker, f"kernels of source {jit.source_hash()} are compiled\n")
 
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
-    main(snakemake.params.settings, snakemake.params.adhesion, snakemake.params.clumps, snakemake.output.marker)
+    main(
+        snakemake.params.settings,
+        snakemake.params.adhesion,
+        snakemake.params.clumps,
+        snakemake.params.turning,
+        snakemake.output.marker,
+    )

@@ -29,7 +29,7 @@ CURVE_DISTANCE = "curve_distance"
 
 
 def apparatus(config: dict, soil_files: list[str]) -> dict[str, dict]:
-    """Sections `repose_test`, `shear_test`, `slope_test` and `draw_down_test` of a study, completed by those of its soils' files.
+    """Sections of SECTIONS (`repose_test` and so on) of a study, completed by those of its soils' files.
 
     soil_files : of the soils that its cases calibrate. One campaign serves them all, so it has one apparatus: raises
     CalibrationError where two of them, or a soil and the study, state different values.

@@ -54,6 +54,8 @@ def still_there(before: Grains, after: Grains, seconds: float, n_spheres: int = 
 
     Removed grains have fallen off the plate, so they are the lowest; clumps go as a whole. The others keep their order.
     """
+    if len(before) == len(after):
+        return np.arange(len(after))
     heights = (before.positions_m[:, 2] + seconds * before.velocities_m_s[:, 2]).reshape(-1, n_spheres).mean(axis=1)
     left = np.sort(np.argsort(heights)[(len(before) - len(after)) // n_spheres :])
     return (n_spheres * left[:, None] + np.arange(n_spheres)).ravel()

@@ -10,9 +10,10 @@ mpl.use("Agg")
 import numpy as np
 import pandas as pd
 from matplotlib.animation import PillowWriter
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from dem import Box, Tube, Wall
+from dem import Box, Mesh, Tube, Wall
 from virtual_soil.campaign.files import whole
 from virtual_soil.campaign.grains import grain_table
 from virtual_soil.campaign.recording import Frame, record
@@ -27,13 +28,16 @@ DPI = 100
 
 
 def draw_wall(axes, wall: Wall) -> None:
-    """Draw the section of a wall with the plane of the picture, in mm."""
+    """Draw the section of a wall with the plane of the picture, in mm; of a mesh the edges of its triangles."""
     style = {"color": "black", "linewidth": 1.5}
     if isinstance(wall, Box):
         axes.plot([1e3 * wall.low_m[0], 1e3 * wall.high_m[0]], [1e3 * wall.low_m[2], 1e3 * wall.high_m[2]], **style)
     elif isinstance(wall, Tube):
         for side in (-1e3, 1e3):
             axes.plot([side * wall.radius_m] * 2, [1e3 * wall.bottom_m, 1e3 * wall.top_m], **style)
+    elif isinstance(wall, Mesh):
+        edges = list(1e3 * wall.corners_m[:, [0, 1, 2, 0]][..., [0, 2]])
+        axes.add_collection(LineCollection(edges, color="black", linewidth=0.8))
 
 
 def draw_frame(axes, frame: Frame, colour: np.ndarray, limits_mm, title: str, cut: bool) -> None:

@@ -23,6 +23,7 @@ MODULES = {
             "LABORATORY",
             "PROPERTIES",
             "DENSITIES",
+            "TURNING",
             "APPARATUS",
             "SEEDS",
             "SOUND",

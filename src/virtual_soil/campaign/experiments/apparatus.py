@@ -100,8 +100,33 @@ class DrawDownTest:
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class DrumTest:
+    """The laboratory's rotating drum in SI, if it is known: a horizontal cylinder, lined so that the soil does not slip."""
+
+    diameter_m: float | None = setting("inner diameter; null: rotating_drum.diameter_ratio", None, above=0, usual=(1e-3, 10.0))
+    fill_ratio: float | None = setting("share of its volume that the soil fills", None, above=0, maximum=1)
+    rate_rpm: float | None = setting("turns a minute, beside diameter_m", None, above=0, usual=(1e-2, 1e3))
+    froude_number: float | None = setting("or omega^2 R / g, which says the same; null: rotating_drum.froude_number", None, above=0)
+    thickness_m: float | None = setting(
+        "length of the drum that is simulated, a periodic slice; null: rotating_drum.thickness_ratio",
+        None,
+        above=0,
+        usual=(1e-4, 2.0),
+    )
+    gravity_m_s2: float | None = setting(
+        "gravity of the test: a number, or earth, moon, mars; null: engine.gravity_m_s2", None, of=GRAVITY
+    )
+
+
 #: Key of a study and of a soil file -> its class.
-SECTIONS = {"repose_test": ReposeTest, "shear_test": ShearTest, "slope_test": SlopeTest, "draw_down_test": DrawDownTest}
+SECTIONS = {
+    "repose_test": ReposeTest,
+    "shear_test": ShearTest,
+    "slope_test": SlopeTest,
+    "draw_down_test": DrawDownTest,
+    "drum_test": DrumTest,
+}
 
 
 def gravity_m_s2(stated: float | str) -> float:
@@ -192,6 +217,26 @@ def draw_down_box(config: dict, row: dict) -> dict:
         return {}
     demand(not missing, f"draw_down_test: {', '.join(missing)}", "missing", f"{', '.join(names)} together")
     found = {ratio: stated[key] / radius for key, ratio in names.items()} | {"scale_radius_m": radius}
+    return found if stated["thickness_m"] is None else found | {"thickness_ratio": stated["thickness_m"] / radius}
+
+
+def drum(config: dict, row: dict, gravity_m_s2: float) -> dict:
+    """Keyword arguments of the rotating drum's Setup that follow from the apparatus, for the grains of a design row.
+
+    Raises CalibrationError if a size or a rate is stated without the diameter, or the rate twice.
+    """
+    stated, radius = config["drum_test"], row["radius_m"]
+    found = {key: stated[key] for key in ("fill_ratio", "froude_number") if stated[key] is not None}
+    if stated["diameter_m"] is None:
+        for key in ("rate_rpm", "thickness_m"):
+            demand(stated[key] is None, f"drum_test.{key}", stated[key], "null without drum_test.diameter_m")
+        return found
+    found |= {"diameter_ratio": stated["diameter_m"] / radius, "scale_radius_m": radius}
+    if stated["rate_rpm"] is not None:
+        rates = f"rate_rpm {stated['rate_rpm']:g}, froude_number {stated['froude_number']}"
+        demand(stated["froude_number"] is None, "drum_test", rates, "one of the two")
+        rate = stated["rate_rpm"] * 2.0 * math.pi / 60.0
+        found["froude_number"] = rate**2 * 0.5 * stated["diameter_m"] / gravity_m_s2
     return found if stated["thickness_m"] is None else found | {"thickness_ratio": stated["thickness_m"] / radius}
 
 

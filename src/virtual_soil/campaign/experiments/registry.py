@@ -7,11 +7,12 @@ from virtual_soil.calibration.response import Responses
 from virtual_soil.campaign.experiments.draw_down import declared as draw_down
 from virtual_soil.campaign.experiments.plane_shear import declared as plane_shear
 from virtual_soil.campaign.experiments.repose import declared as repose
+from virtual_soil.campaign.experiments.rotating_drum import declared as rotating_drum
 from virtual_soil.campaign.experiments.shear import declared as shear
 from virtual_soil.campaign.experiments.slope import declared as slope
 
 #: Every experiment, as its `declared` module; tables over all responses are in this order.
-EXPERIMENTS: tuple[ModuleType, ...] = (shear, plane_shear, slope, draw_down, repose)
+EXPERIMENTS: tuple[ModuleType, ...] = (shear, plane_shear, slope, draw_down, rotating_drum, repose)
 
 BY_NAME = {experiment.NAME: experiment for experiment in EXPERIMENTS}
 RESPONSES: Responses = {response.name: response for experiment in EXPERIMENTS for response in experiment.RESPONSES}

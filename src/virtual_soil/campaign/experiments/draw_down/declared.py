@@ -85,6 +85,9 @@ PROPERTIES: dict[str, str] = {}
 #: Response of the bulk density -> measured solid fraction that it is the grains' density times, in simulations that count.
 DENSITIES = {"box_bulk_density_kg_m3": "box_solid_fraction"}
 
+#: True if bodies of the test turn, for which the engine has kernels of their own.
+TURNING = False
+
 #: Section that states the laboratory's apparatus (`experiments.apparatus`).
 APPARATUS = "draw_down_test"
 

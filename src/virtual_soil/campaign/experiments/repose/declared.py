@@ -77,6 +77,9 @@ PROPERTIES = {"wall_static_friction": "static_friction", "wall_rolling_friction"
 #: Response of the bulk density -> measured solid fraction that it is the grains' density times, in simulations that count.
 DENSITIES = {"bulk_density_kg_m3": "poured_solid_fraction"}
 
+#: True if bodies of the test turn, for which the engine has kernels of their own.
+TURNING = False
+
 #: Section that states the laboratory's apparatus (`experiments.apparatus`).
 APPARATUS = "repose_test"
 

@@ -103,6 +103,9 @@ PROPERTIES: dict[str, str] = {"frame_static_friction": "static_friction"}
 #: Response of the bulk density -> measured solid fraction that it is the grains' density times, in simulations that count.
 DENSITIES: dict[str, str] = {}
 
+#: True if bodies of the test turn, for which the engine has kernels of their own.
+TURNING = False
+
 #: Section that states the laboratory's apparatus (`experiments.apparatus`).
 APPARATUS = "shear_test"
 

@@ -1,0 +1,1 @@
+"""The rotating drum in a campaign."""
