@@ -141,6 +141,16 @@ def test_a_drum_that_turns_the_other_way_carries_them_to_the_other_side(charge):
     assert run.values["x_M1"][-5:].mean() < -0.1 * DRUM.radius_m
 
 
+def test_shell_and_plates_turn_together_in_both_codes(charge, tmp_path, monkeypatch):
+    assert [wall.angular_velocity_rad_s for wall in drum.walls(DRUM)] == 3 * [(0.0, 0.0, -4.0)]
+    seen = []
+    monkeypatch.setattr(peer, "sampled", lambda folder, lines, *rest: seen.extend(lines))
+    drum.of_liggghts(charge, DRUM, tmp_path)
+    turning = [line.split()[1] for line in seen if line.endswith("axis 0. 1. 0. omega -4")]
+    assert turning == ["shell", "front", "back"]
+    assert "fix walls all wall/gran model hertz tangential history mesh n_meshes 3 meshes shell front back" in seen
+
+
 def test_zones_are_counted_by_the_signs_of_x_and_z():
     positions = np.array([[1.0, 0.0, 1.0], [-1.0, 0.0, -1.0], [-2.0, 0.0, -3.0], [1.0, 0.0, -1.0], [-1.0, 5.0, 1.0]])
     is_of = {"M1": np.array([True, True, True, True, False]), "M2": np.array([False, False, False, False, True])}
@@ -166,14 +176,16 @@ def test_liggghts_drum_turns_the_same_way(charge, tmp_path):
 
 
 def flows_steadily(run, packing):
-    """Beverloo's law within the fifth by which cones of 45 degrees flow faster, and no slower than for flat bottoms."""
+    """Within a fifth of Beverloo's law, which is for flat bottoms; and constant."""
     above = run.values["above"]
     chosen = silo.steady(run.times_s, above, silo.in_cone(packing, SILO))
     outflow, change = silo.outflow_per_s(run.times_s[chosen], above[chosen])
-    assert outflow == pytest.approx(silo.beverloo_per_s(SILO), rel=0.25)
-    assert abs(change) < 0.15
+    assert outflow == pytest.approx(silo.beverloo_per_s(SILO), rel=0.2)
+    assert abs(change) < 0.1
     assert (np.diff(above) <= 0).all()
-    assert (run.values["grains"] >= above).all()
+    falling = run.values["grains"] - above
+    assert (falling >= 0).all()
+    assert falling.max() > 5  # between the orifice and where they leave
     return outflow
 
 
@@ -241,6 +253,16 @@ def test_samples_between_steps_are_refused(bed, sample_s):
 def test_the_benchmarks_samples_fall_on_steps(setup):
     steps = steps_per_sample(setup.sample_s, setup.time_step_s)
     assert round(setup.duration_s / setup.sample_s) * steps * setup.time_step_s == pytest.approx(setup.duration_s)
+
+
+def test_a_run_that_was_ended_early_is_refused():
+    text = "# samples\n# TimeStep v_a v_b\n0 1 2\n10 3 4\n"
+    steps, columns = peer.read_samples(text, ["a", "b"], 10)
+    assert (steps.tolist(), columns["b"].tolist()) == ([0.0, 10.0], [2.0, 4.0])
+    with pytest.raises(liggghts.PeerError, match="last sample is of step 10, not of 20"):
+        peer.read_samples(text, ["a", "b"], 20)
+    with pytest.raises(liggghts.PeerError, match="of step none"):
+        peer.read_samples("# samples\n", ["a", "b"], 20)
 
 
 def test_a_packing_that_is_not_there_is_named_with_its_setting(tmp_path):

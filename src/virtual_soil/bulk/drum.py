@@ -42,10 +42,10 @@ class Setup:
     softening: float = 500.0
     time_step_s: float = 0.05 / 640
     sample_s: float = 0.05
-    duration_s: float = 5.0
+    duration_s: float = 2.5
 
 
-SETUPS = {"soft": Setup(), "hard": Setup(softening=1.0, time_step_s=8e-7)}
+SETUPS = {"soft": Setup(), "hard": Setup(softening=1.0, time_step_s=8e-7, duration_s=5.0)}
 
 
 def walls(setup: Setup) -> list[dem.Wall]:

@@ -123,10 +123,9 @@ def sampled(folder: Path, lines: list[str], values: dict[str, str], n_grains: in
         program.run(n_steps)
         wall_s, processor_s = time.perf_counter() - begin, processor_time(program.process.pid) - begin_processor
         text = (folder / "samples.txt").read_text(encoding="utf-8")
-    table = np.array([line.split() for line in text.splitlines() if not line.startswith("#")], float)
-    columns = dict(zip(values, table[:, 1:].T, strict=True))
+    made, columns = read_samples(text, list(values), n_steps)
     return Run(
-        times_s=table[:, 0] * clock.time_step_s,
+        times_s=made * clock.time_step_s,
         values=columns,
         n_grains=n_grains,
         grain_steps=grain_steps(columns["grains"], steps),
@@ -135,3 +134,17 @@ def sampled(folder: Path, lines: list[str], values: dict[str, str], n_grains: in
         wall_s=wall_s,
         processor_s=processor_s,
     )
+
+
+def read_samples(text: str, names: list[str], n_steps: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Steps (k,) and named columns (k,) each of the output of `ave/time`.
+
+    Raises
+    ------
+    PeerError : they end before n_steps: a terminated LIGGGHTS ends its run early, as if it were complete.
+    """
+    table = np.array([line.split() for line in text.splitlines() if not line.startswith("#")], float).reshape(-1, 1 + len(names))
+    if not len(table) or table[-1, 0] != n_steps:
+        last = f"{table[-1, 0]:.0f}" if len(table) else "none"
+        raise liggghts.PeerError(f"{liggghts.NAME} was stopped: its last sample is of step {last}, not of {n_steps}.")
+    return table[:, 0], dict(zip(names, table[:, 1:].T, strict=True))
