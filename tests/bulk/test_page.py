@@ -65,7 +65,7 @@ def test_a_page_states_ratios_differences_and_what_was_not_run(tmp_path):
     assert "Largest difference of the means: 0.000 mm" in text
     assert "| small | 6897 | 7000 |" in text
     assert "3.14 (virtual-soil)" in text
-    for missing in ("100 000 grains", "50 000 grains", "`bulk.drum: hard`", "`bulk.silo: full`", "M2"):
+    for missing in ("100 000 grains", "50000 grains", "`bulk.drum: hard`", "`bulk.silo: full`", "M2"):
         assert missing in text.split("## Not run")[1]
 
 
@@ -85,3 +85,18 @@ def test_a_page_says_where_the_codes_differ(tmp_path, change, expected):
 def test_a_silo_that_has_run_out_of_its_cylinder_is_no_longer_steady():
     times = np.linspace(0.0, 0.5, 6)
     assert silo.steady(times, np.array([50, 40, 30, 20, 10, 0]), 15).tolist() == [False, True, True, True, False, False]
+
+
+def test_cases_that_were_not_run_are_listed_as_such(tmp_path):
+    every = results()
+    few = Results(
+        costs=every.costs[every.costs["case"] == "impact"],
+        curves={name: curve for name, curve in every.curves.items() if name[0] == "impact"},
+        fillings={},
+    )
+    write_page(few, tmp_path / "page.md", tmp_path / "images")
+    text = (tmp_path / "page.md").read_text(encoding="utf-8")
+    assert "## Impact" in text
+    assert "## Drum" not in text
+    assert "- the drum (`bulk.cases`)\n- the silo (`bulk.cases`)" in text
+    assert [path.name for path in (tmp_path / "images").iterdir()] == ["bulk_impact.png"]

@@ -2,7 +2,11 @@
 from virtual_soil.bulk import variants as bulk_variants
 from virtual_soil.bulk.packings import packing_file
 
-BULK_VARIANTS = bulk_variants.variants(BULK)
+BULK_VARIANTS = {
+    case: variants
+    for case, variants in bulk_variants.variants(BULK).items()
+    if case in BULK["cases"]
+}
 # Case, code and variant of every run.
 BULK_RUNS = [
     f"{case}/{code}/{variant}"
@@ -10,7 +14,7 @@ BULK_RUNS = [
     for variant in variants
     for code in bulk_variants.CODES
 ]
-BULK_FIGURES = list(bulk_variants.CASES)
+BULK_FIGURES = list(BULK_VARIANTS)
 
 
 wildcard_constraints:
@@ -85,7 +89,7 @@ rule bulk_page:
         costs=[f"results/bulk/{run}_cost.parquet" for run in BULK_RUNS],
         fillings=[
             f"results/bulk/packings/silo_{orifice}.parquet"
-            for orifice in BULK_VARIANTS["silo"]
+            for orifice in BULK_VARIANTS.get("silo", ())
         ],
     output:
         page="docs/bulk-benchmarks.md",

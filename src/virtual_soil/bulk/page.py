@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from virtual_soil.bulk import compare, drum, figures, silo
+from virtual_soil.bulk import compare, drum, figures, impact, silo
 from virtual_soil.bulk.figures import DPI, NAMES
 from virtual_soil.bulk.packings import Packing
-from virtual_soil.bulk.variants import CODES, LIGGGHTS, OURS
+from virtual_soil.bulk.variants import CASES, CODES, LIGGGHTS, OURS
 from virtual_soil.verification.page import markdown
 
 #: Times of the table of the impact, in ms.
@@ -96,6 +96,8 @@ def write_page(results: Results, page: Path, folder: Path) -> None:
     sections = {"impact": impact_section, "drum": drum_section, "silo": silo_section}
     parts = [HEAD, cost_section(results)]
     for case, write in sections.items():
+        if not results.variants(case):
+            continue
         text, figure = write(results)
         figure.savefig(folder / f"bulk_{case}.png", dpi=DPI, metadata={"Software": None})
         link = (folder / f"bulk_{case}.png").relative_to(page.parent).as_posix()
@@ -287,11 +289,11 @@ def verdict(holds: bool) -> str:
 def not_run(results: Results) -> str:
     """What the benchmark has and this page does not, with the cost of what the settings offer, at the measured speeds."""
     missing = ["the impact on 100 000 grains, of which no packing is published", "the silo with M2"]
+    missing += [f"the {case} (`bulk.cases`)" for case in CASES if not results.variants(case)]
     offered: list[tuple[str, str, str, int, drum.Setup | silo.Setup]] = []
-    if "25000_0" not in results.variants("impact"):
-        missing.append("the impact on 25 000 grains")
-    if "50000_0" not in results.variants("impact"):
-        missing.append("the impact on 50 000 grains (`bulk.impact_grains`)")
+    for n_grains in impact.DURATIONS_S:
+        if f"{n_grains}_0" not in results.variants("impact"):
+            missing.append(f"the impact on {n_grains} grains (`bulk.impact_grains`)")
     if results.variants("drum") == ["soft"]:
         offered.append(("the drum at full stiffness (`bulk.drum: hard`)", "drum", "soft", 38_000, drum.SETUPS["hard"]))
     if "small" in results.variants("silo"):

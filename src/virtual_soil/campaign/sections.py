@@ -394,6 +394,11 @@ class Bulk:
         "folder of the published packings, relative to the checkout: penetration_25000.parquet, drum_38000.parquet and so on",
         "../shared/bulk-benchmarks",
     )
+    cases: list[str] = setting(
+        "cases that are run and stand on the page",
+        ["impact", "drum", "silo"],
+        of={"minItems": 1, "uniqueItems": True, "items": {"type": "string", "enum": ["impact", "drum", "silo"]}},
+    )
     impact_grains: list[int] = setting(
         "grains of the beds on which the ball falls",
         [25_000],
