@@ -45,7 +45,7 @@ class Setup:
     cylinder_radius_m: float = 0.1
     grain_radius_m: float = 2e-3
     n_grains: int = 30_000
-    softening: float = 200.0
+    softening: float = 100.0
     time_step_s: float = 4e-5
     sample_s: float = 0.01
     duration_s: float = 0.6
