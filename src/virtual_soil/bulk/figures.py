@@ -26,7 +26,7 @@ def impact(curves: dict[str, dict[str, dict[int, pd.DataFrame]]]) -> Figure:
                 style = {"color": COLOURS[code], "linewidth": 1.0, "linestyle": "-" if code == OURS else "--", "label": label}
                 row[0].plot(1e3 * curve.index, 1e3 * curve["ball_z_m"], **style)
                 row[1].plot(1e3 * curve.index, curve["ball_speed_m_s"], **style)
-        row[0].set_ylabel(f"height of the ball (mm), {int(bed):,} grains".replace(",", " "))
+        row[0].set_ylabel(f"height of the ball (mm), {bed} grains")
         row[1].set_ylabel("its velocity upwards (m/s)")
         for axes in row:
             axes.set_xlabel("time since the late start (ms)")
