@@ -97,6 +97,9 @@ bench-scale: setup  ## measure the cost per grain from 3000 to 300 000 grains, a
 bench-planning: setup  ## measure the planning time of 50 to 5000 simulations and the overhead per job
 	$(BIN)/python benchmarks/planning.py --run 300
 
+bench-bulk: setup  ## run three bulk benchmarks beside LIGGGHTS on one core: docs/bulk-benchmarks.md
+	$(BIN)/snakemake -c1 bulk
+
 check-peers: setup  ## compare heap, shear test and rolling contact with LIGGGHTS (apt-get install liggghts)
 	$(BIN)/python -m virtual_soil.verification.peers --cores $(CORES)
 
@@ -123,5 +126,5 @@ help:  ## print this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):[^#]*## */\1\t/' | expand -t 12
 
 .PHONY: campaign status new-study setup test test-slurm lint format smoke paper reference twin read-lab angle first-answer \
-	check-results check-engine check-peers verify verify-peers settings paper-optima bench bench-quick bench-scale bench-planning \
+	check-results check-engine check-peers verify verify-peers settings paper-optima bench bench-quick bench-scale bench-planning bench-bulk \
 	notebook docs lock help

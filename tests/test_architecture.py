@@ -19,6 +19,7 @@ MAY_IMPORT = {
     "virtual_soil.calibration": set(),
     "virtual_soil.exports": {"dem"},
     "virtual_soil.verification": {"dem"},
+    "virtual_soil.bulk": {"dem", "virtual_soil.verification"},
     "virtual_soil.campaign": {"dem", "virtual_soil.calibration", "virtual_soil.exports"},
     "virtual_soil.report": {"dem", "virtual_soil.calibration", "virtual_soil.exports", "virtual_soil.campaign"},
 }

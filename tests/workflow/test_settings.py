@@ -62,6 +62,8 @@ OTHERS = {
     "material.shape": "tetra",
     "material.aspect_ratio": None,  # of dimers only, see test_shapes
     "insist": None,  # no result depends on it
+    "bulk.packings": "elsewhere",
+    "bulk.impact_grains": [50_000],
     "experiments": None,  # see the test of its own: soils and weights go with them
     "screening.response": None,  # a response of another experiment has no base runs in this study
 }

@@ -89,6 +89,8 @@ CHECKPOINT_INTERVAL_S = str(
 BATCH_MINUTES = config.pop("batch_minutes")
 # Nor must the list of keys whose unusual numbers are meant.
 INSIST = config.pop("insist")
+# Nor must the bulk benchmarks, which are no part of a study.
+BULK = config.pop("bulk")
 in_words(check_soils, config, CHECKOUT)
 SOIL_FILES = soil_files(config, CHECKOUT)
 config.update(in_declared_order(config, Study))

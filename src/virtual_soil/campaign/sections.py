@@ -385,6 +385,31 @@ Verify = make(
     },
 )
 
+
+@dataclass(frozen=True, kw_only=True)
+class Bulk:
+    """Bulk benchmarks beside LIGGGHTS (target `bulk`); no study depends on them."""
+
+    packings: str = setting(
+        "folder of the published packings, relative to the checkout: penetration_25000.parquet, drum_38000.parquet and so on",
+        "../shared/bulk-benchmarks",
+    )
+    cases: list[str] = setting(
+        "cases that are run and stand on the page",
+        ["impact", "drum", "silo"],
+        of={"minItems": 1, "uniqueItems": True, "items": {"type": "string", "enum": ["impact", "drum", "silo"]}},
+    )
+    impact_grains: list[int] = setting(
+        "grains of the beds on which the ball falls",
+        [25_000],
+        of={"minItems": 1, "uniqueItems": True, "items": {"type": "integer", "enum": [25_000, 50_000]}},
+    )
+    drum: str = choice("soft: E / 500, minutes; hard: the benchmark's, hours to days", "soft", ("soft", "hard"))
+    silo: str = choice(
+        "scaled: 30 000 softer grains for 0.6 s, minutes; full: 100 000 for 5 s, hours to days", "scaled", ("scaled", "full")
+    )
+
+
 TWIN = {
     "type": "object",
     "properties": {key: {"type": "array", **SEED_LIST, "items": {"type": "integer", "minimum": 0}} for key in seeds("design")},
@@ -449,6 +474,7 @@ Study = make(
         "uncertainty": (Uncertainty, section(Uncertainty)),
         "refine": (Refine, section(Refine)),
         "verify": (Verify, section(Verify)),
+        "bulk": (Bulk, section(Bulk)),
         "twins": (
             dict[str, dict],
             setting(

@@ -1,0 +1,134 @@
+"""Rotating drum: large grains below small ones are mixed; shell and end plates turn together.
+
+Frame of the benchmark: axis along y, gravity along -z, rotation -w about y, so that the lowest point of the shell moves to +x. Our
+drum stands on its end, since tubes are upright: our x, y, z are the benchmark's z, x, y, and gravity acts along our -x.
+"""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import dem
+from virtual_soil.bulk import peer
+from virtual_soil.bulk.materials import GRAVITY_M_S2, STEEL, interactions, materials
+from virtual_soil.bulk.packings import Packing
+from virtual_soil.bulk.run import Run, sampled
+from virtual_soil.verification.peers import liggghts
+
+#: In the order of LIGGGHTS' types.
+GRAINS = ("M1", "M2")
+NAMES = (*GRAINS, STEEL)
+#: Axes of the benchmark's frame in ours.
+TO_OURS = [2, 0, 1]
+#: Quadrants that are counted, by the sign of both x and z.
+ZONES = {"zone_1": 1.0, "zone_2": -1.0}
+#: LIGGGHTS' shell: sides, whose sagitta is 0.015 radii of the small grains, and parts along the axis.
+SIDES, RINGS = 180, 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setup:
+    """Drum and clock; softening: the grains' E is divided by it.
+
+    The benchmark's soft variant has E / 500 and steps of 1e-4 s, 0.53 of the Rayleigh time of M1: more than our code accepts beside
+    rigid walls, so that both codes have the largest step that divides the interval of the samples.
+    """
+
+    radius_m: float = 0.1
+    half_length_m: float = 0.03
+    turn_rate_rad_s: float = 2.0
+    softening: float = 500.0
+    time_step_s: float = 0.05 / 640
+    sample_s: float = 0.05
+    duration_s: float = 2.5
+
+
+SETUPS = {"soft": Setup(), "hard": Setup(softening=1.0, time_step_s=8e-7, duration_s=5.0)}
+
+
+def walls(setup: Setup) -> list[dem.Wall]:
+    """Shell and end plates in our frame; they only rub."""
+    spin = (0.0, 0.0, -setup.turn_rate_rad_s)
+    half, beyond = setup.half_length_m, 1.5 * setup.radius_m
+    shell = dem.Tube(
+        name="shell", material=STEEL, radius_m=setup.radius_m, bottom_m=-2.0 * half, top_m=2.0 * half, angular_velocity_rad_s=spin
+    )
+    plates = [
+        dem.Box(name=name, material=STEEL, low_m=(-beyond, -beyond, z), high_m=(beyond, beyond, z), angular_velocity_rad_s=spin)
+        for name, z in (("front", -half), ("back", half))
+    ]
+    return [shell, *plates]
+
+
+def counted(positions_m: np.ndarray, is_of: dict[str, np.ndarray]) -> dict[str, float]:
+    """Grains in each zone and barycentre (x, z) of each material; positions (n, 3) in the benchmark's frame."""
+    x, z = positions_m[:, 0], positions_m[:, 2]
+    found = {
+        f"{zone}_{name}": float(((sign * x > 0) & (sign * z > 0) & grains).sum())
+        for zone, sign in ZONES.items()
+        for name, grains in is_of.items()
+    }
+    for name, grains in is_of.items():
+        found |= {f"x_{name}": float(x[grains].mean()), f"z_{name}": float(z[grains].mean())}
+    return found | {"grains": float(len(positions_m))}
+
+
+def ours(packing: Packing, setup: Setup) -> Run:
+    """Our code; quantities zone_1_M1 and so on, x_M1, z_M1 and so on (barycentres in m), grains."""
+    is_of = {name: packing.materials == name for name in GRAINS}
+    simulation = dem.Simulation(
+        materials=materials(NAMES, setup.softening),
+        interactions=interactions(NAMES),
+        smallest_radius_m={name: float(packing.radii_m[own].min()) for name, own in is_of.items()},
+        time_step_s=setup.time_step_s,
+        gravity_m_s2=(-GRAVITY_M_S2, 0.0, 0.0),
+        walls=walls(setup),
+    )
+    for name, own in is_of.items():
+        simulation.add_grains(packing.positions_m[own][:, TO_OURS], packing.radii_m[own], name)
+    order = np.argsort(TO_OURS)
+    return sampled(simulation, lambda now: counted(now.grains.positions_m[:, order], is_of), setup.duration_s, setup.sample_s)
+
+
+def shell_mesh(setup: Setup) -> np.ndarray:
+    """Triangles (n, 3, 3) of the shell in the benchmark's frame, all outside the inscribed round shell."""
+    angle = np.linspace(0.0, 2.0 * np.pi, SIDES + 1)
+    outer, half = setup.radius_m / math.cos(math.pi / SIDES), 1.1 * setup.half_length_m
+    ring = np.column_stack([outer * np.cos(angle), np.full(SIDES + 1, -half), outer * np.sin(angle)])
+    along = np.array([0.0, 2.0 * half / RINGS, 0.0])
+    return np.concatenate(
+        [liggghts.rectangle(a + k * along, b - a, along) for k in range(RINGS) for a, b in zip(ring[:-1], ring[1:], strict=True)]
+    )
+
+
+def plate_mesh(setup: Setup, y_m: float) -> np.ndarray:
+    """Triangles (n, 3, 3) of an end plate: a square that covers the shell's end, in four parts."""
+    half = 1.1 * setup.radius_m
+    corners = [(x, y_m, z) for x in (-half, 0.0) for z in (-half, 0.0)]
+    return np.concatenate([liggghts.rectangle(corner, (half, 0.0, 0.0), (0.0, 0.0, half)) for corner in corners])
+
+
+def of_liggghts(packing: Packing, setup: Setup, folder: Path) -> Run:
+    """LIGGGHTS in a folder; quantities as those of `ours`."""
+    turning = f"surface_ang_vel origin 0. 0. 0. axis 0. 1. 0. omega {-setup.turn_rate_rad_s:.9g}"
+    meshes = {
+        "shell": shell_mesh(setup),
+        "front": plate_mesh(setup, -setup.half_length_m),
+        "back": plate_mesh(setup, setup.half_length_m),
+    }
+    wide, long = 1.2 * setup.radius_m, 1.2 * setup.half_length_m
+    lines = [
+        *peer.grains_lines(folder, packing, [(-wide, wide), (-long, long), (-wide, wide)], NAMES),
+        *peer.material_lines(NAMES, setup.softening),
+        *(peer.mesh_line(folder, name, triangles, len(NAMES), turning) for name, triangles in meshes.items()),
+        peer.mesh_walls(list(meshes)),
+        "region zone_1 block 0 INF INF INF 0 INF",
+        "region zone_2 block INF 0 INF INF INF 0",
+        *peer.motion_lines(setup.time_step_s),
+    ]
+    values = {f"{zone}_{name}": f"count({name},{zone})" for zone in ZONES for name in GRAINS}
+    values |= {f"{axis}_{name}": f"xcm({name},{axis})" for name in GRAINS for axis in ("x", "z")}
+    clock = peer.Clock(setup.duration_s, setup.sample_s, setup.time_step_s)
+    return peer.sampled(folder, lines, values | {"grains": "count(all)"}, len(packing), clock)
