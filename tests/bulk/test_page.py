@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from virtual_soil.bulk import drum, silo
+from virtual_soil.bulk import compare, drum, silo
 from virtual_soil.bulk.cases import cost_table, curve_table, curves_of
 from virtual_soil.bulk.packings import Packing
 from virtual_soil.bulk.page import Results, write_page
@@ -73,7 +73,7 @@ def test_a_page_states_ratios_differences_and_what_was_not_run(tmp_path):
     ("change", "expected"),
     [
         ({"deeper_m": 5e-4}, "Largest difference of the means: 0.500 mm"),
-        ({"more_in_zone": 0.04 * 38_000}, "time: 4.00 % of all grains (tolerance 3 %: **does not hold**)"),
+        ({"more_in_zone": 0.04 * 38_000}, "count: 4.00 % of all grains, at 0.00 s (tolerance 3 %: **does not hold**)"),
         ({"faster": 1.2}, "(tolerance 3 %: **does not hold**)"),
         ({"faster": 1.3}, "which is for flat bottoms: **does not hold** (up to +31.9 %)"),
     ],
@@ -100,3 +100,18 @@ def test_cases_that_were_not_run_are_listed_as_such(tmp_path):
     assert "## Drum" not in text
     assert "- the drum (`bulk.cases`)\n- the silo (`bulk.cases`)" in text
     assert [path.name for path in (tmp_path / "images").iterdir()] == ["bulk_impact.png"]
+
+
+def test_a_late_curve_is_late_by_its_lag():
+    times = np.linspace(0.0, 2.0, 41)
+    early, late = (pd.DataFrame({"x_M1": np.sin(3.0 * (times - shift))}, index=times) for shift in (0.0, 0.02))
+    assert compare.lag_s(early, late, "x_M1") == pytest.approx(0.02, abs=0.003)
+    assert compare.lag_s(late, early, "x_M1") == pytest.approx(-0.02, abs=0.003)
+
+
+def test_a_page_names_the_runs_that_miss_the_goal(tmp_path):
+    assert "It is missed" not in page_of(tmp_path)
+    slow = results()
+    costs = slow.costs.assign(processor_s=slow.costs["processor_s"].where(slow.costs["case"] != "drum", 2.0))
+    write_page(Results(costs=costs, curves=slow.curves, fillings=slow.fillings), tmp_path / "page.md", tmp_path / "images")
+    assert "It is missed in: drum, soft." in " ".join((tmp_path / "page.md").read_text(encoding="utf-8").split())

@@ -43,7 +43,28 @@ def apart(ours: list[pd.DataFrame], theirs: list[pd.DataFrame], quantity: str) -
     return Apart(times, a.mean(axis=0), b.mean(axis=0), a.std(axis=0, ddof=1), b.std(axis=0, ddof=1))
 
 
-def zone_difference(ours: pd.DataFrame, theirs: pd.DataFrame, n_grains: int) -> float:
-    """Largest difference of the grains of any material in any zone at any time, over all grains."""
+class Largest(NamedTuple):
+    """Largest difference of a count over all grains, and its time in s."""
+
+    share: float
+    time_s: float
+
+
+def zone_difference(ours: pd.DataFrame, theirs: pd.DataFrame, n_grains: int) -> Largest:
+    """Largest difference of the grains of any material in any zone at any time."""
     columns = [f"{zone}_{name}" for zone in drum.ZONES for name in drum.GRAINS]
-    return float(np.abs(ours[columns].to_numpy() - theirs[columns].to_numpy()).max()) / n_grains
+    apart_by = np.abs(ours[columns].to_numpy() - theirs[columns].to_numpy()).max(axis=1)
+    k = int(apart_by.argmax())
+    return Largest(float(apart_by[k]) / n_grains, float(ours.index[k]))
+
+
+def lag_s(ours: pd.DataFrame, theirs: pd.DataFrame, quantity: str) -> float:
+    """Time in s by which their curve is late: the shift, up to two samples, at which the curves are closest on average."""
+    times, step = ours.index.to_numpy(), float(ours.index[1] - ours.index[0])
+    inner = slice(2, -2)
+    shifts = step * np.linspace(-2.0, 2.0, 81)
+    distances = [
+        np.abs(np.interp(times[inner] + shift, theirs.index, theirs[quantity]) - ours[quantity].to_numpy()[inner]).mean()
+        for shift in shifts
+    ]
+    return float(shifts[int(np.argmin(distances))])
