@@ -1,0 +1,89 @@
+"""What plates and cones tell: pressure at a sinkage, the law p = k z^n, Bekker's moduli, and the gradient of the cone index."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from dem.html import Rich
+from dem.measure.blocks import block_means
+
+#: Half of the window around a sinkage in which the pressure is a line, as a share of the sinkage.
+WINDOW = 0.2
+#: Shares of the depth between which a cone index has its gradient.
+GRADIENT_SHARES = (0.1, 0.3)
+#: Blocks of the curve whose means the gradient is fitted to.
+N_BLOCKS = 8
+#: Least samples of a fit.
+LEAST_SAMPLES = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class PowerLaw(Rich):
+    """p = k z^n. k_pa_m_n: pressure in Pa at a sinkage of 1 m; residual_ratio: root mean square of log p about the law."""
+
+    k_pa_m_n: float
+    n: float
+    residual_ratio: float
+
+
+def pressure_at(sinkage_m, pressure_pa, at_m: float) -> tuple[float, float]:
+    """Pressure in Pa at a sinkage, and its standard error as if samples were independent, from a line through those nearby.
+
+    sinkage_m, pressure_pa : (n,). Nan where fewer than LEAST_SAMPLES are within WINDOW of the sinkage, or none is beyond it.
+    """
+    z, p = np.asarray(sinkage_m, float), np.asarray(pressure_pa, float)
+    near = np.abs(z - at_m) <= WINDOW * at_m
+    if near.sum() < LEAST_SAMPLES or z.max(initial=-math.inf) < at_m * (1.0 - 1e-9):
+        return math.nan, math.nan
+    slope, value = np.polyfit(z[near] - at_m, p[near], 1)
+    apart, n = z[near] - at_m, int(near.sum())
+    scatter = math.sqrt(float(((p[near] - value - slope * apart) ** 2).sum()) / (n - 2))
+    spread = float(((apart - apart.mean()) ** 2).sum())
+    return float(value), scatter * math.sqrt(1.0 / n + float(apart.mean()) ** 2 / spread)
+
+
+def power_law(sinkage_m, pressure_pa, low_m: float, high_m: float) -> PowerLaw:
+    """The law through the samples between two sinkages: a line in logarithms, weighted by p^2, as equal errors of p ask for.
+
+    Nan with fewer than LEAST_SAMPLES of positive pressure.
+    """
+    z, p = np.asarray(sinkage_m, float), np.asarray(pressure_pa, float)
+    counts = (z >= low_m) & (z <= high_m) & (z > 0.0) & (p > 0.0)
+    if counts.sum() < LEAST_SAMPLES:
+        return PowerLaw(k_pa_m_n=math.nan, n=math.nan, residual_ratio=math.nan)
+    x, y, weight = np.log(z[counts]), np.log(p[counts]), p[counts]
+    n, log_k = np.polyfit(x, y, 1, w=weight)
+    residual = math.sqrt(float(np.average((y - n * x - log_k) ** 2, weights=weight**2)))
+    return PowerLaw(k_pa_m_n=math.exp(log_k), n=float(n), residual_ratio=residual)
+
+
+def bekker(laws: Mapping[float, PowerLaw], at_m: float) -> tuple[float, float, float]:
+    """Bekker's n, k_c and k_phi of round plates, diameter in m -> law: p = (k_c / b + k_phi) z^n, b the radius.
+
+    n is the mean of the plates'; the moduli are the line through k' = p(at_m) / at_m^n over 1 / b, at_m a sinkage within the tests.
+    A soil whose larger plates carry a higher pressure has k_c < 0, which the model did not mean. Nan with fewer than two plates.
+    """
+    if len(laws) < 2:
+        return math.nan, math.nan, math.nan
+    n = float(np.mean([law.n for law in laws.values()]))
+    moduli = [law.k_pa_m_n * at_m ** (law.n - n) for law in laws.values()]
+    k_c, k_phi = np.polyfit([2.0 / diameter for diameter in laws], moduli, 1)
+    return n, float(k_c), float(k_phi)
+
+
+def cone_gradient(depth_m, resistance_pa, deepest_m: float) -> tuple[float, float]:
+    """Gradient of the cone's resistance in Pa/m between GRADIENT_SHARES of deepest_m, and its standard error.
+
+    A line through the means of N_BLOCKS blocks of the curve, which contain its fluctuations. Nan with fewer than two samples each.
+    """
+    z, q = np.asarray(depth_m, float), np.asarray(resistance_pa, float)
+    low, high = (share * deepest_m for share in GRADIENT_SHARES)
+    counts = (z >= low) & (z <= high)
+    if counts.sum() < 2 * N_BLOCKS:
+        return math.nan, math.nan
+    x, y = block_means(np.column_stack([z[counts], q[counts]]), N_BLOCKS).T
+    slope, value = np.polyfit(x, y, 1)
+    scatter = math.sqrt(float(((y - slope * x - value) ** 2).sum()) / (N_BLOCKS - 2))
+    return float(slope), scatter / math.sqrt(float(((x - x.mean()) ** 2).sum()))
