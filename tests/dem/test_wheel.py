@@ -20,9 +20,9 @@ SOIL = Soil(
     restitution=0.3, radius_sd_ratio=0.05,
 )  # fmt: skip
 ENGINE = Engine(time_step_rayleigh_ratio=0.4)
-SETUP = soil_bed.Setup(length_m=0.044, width_m=0.020, depth_m=0.015)
+SETUP = soil_bed.Setup(length_m=0.047, width_m=0.020, depth_m=0.015)
 SHAPE = WheelShape(radius_m=0.010, width_m=0.008)
-TEST = WheelTest(load_n=0.07, slip=0.5, speed_m_s=0.1, travel_ratio=1.2)
+TEST = WheelTest(load_n=0.1, slip=0.5, speed_m_s=0.05, travel_ratio=1.2)
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +62,7 @@ def test_the_soil_carries_the_load_and_the_wheel_travels_as_held(driven):
     assert found.load_n == pytest.approx(TEST.load_n, rel=0.02)
     assert found.slip == pytest.approx(0.5, abs=1e-6)
     assert np.ptp(run.history["x_m"][travel]) == pytest.approx(TEST.travel_ratio * SHAPE.radius_m, rel=0.02)
-    assert run.history["rim_rate_rad_s"][travel] == pytest.approx(20.0)
+    assert run.history["rim_rate_rad_s"][travel] == pytest.approx(10.0)
     assert (run.history["rim_rate_rad_s"][~travel] == 0.0).all()
     assert found.torque_n_m > 0.0
     assert 1e-3 < found.sinkage_m < 8e-3
@@ -80,8 +80,10 @@ def test_the_wheel_is_lowered_not_dropped(driven, bed):
 
 def test_a_rut_stays_behind_and_the_bed_is_as_it_was(driven, bed):
     run, _ = driven
-    change, _ = rut(bed.heights_m, soil_bed.surface(run.moments["end"], SOIL, SETUP))
-    assert change[len(change) // 2] < change[0]
+    cells = np.linspace(0.0, SETUP.length_m, len(bed.heights_m), endpoint=False)
+    behind = (cells > run.axles["lowered"][0] - 4e-3) & (cells < run.axles["end"][0] - 4e-3)
+    change, _ = rut(bed.heights_m, soil_bed.surface(run.moments["end"], SOIL, SETUP), behind)
+    assert change[len(change) // 2] < change[0] - 0.5e-3
     assert change[len(change) // 2] < -0.5e-3
     again = soil_bed.surface(bed.simulation.grains, SOIL, SETUP)
     assert np.array_equal(again, bed.heights_m)
@@ -110,6 +112,7 @@ def test_a_stored_bed_and_two_threads_give_the_same_bytes(driven, bed, tmp_path)
     stored = soil_bed.load_bed(tmp_path / "bed.npz")
     assert stored.setup == bed.setup
     assert stored.level_m == bed.level_m
+    assert wheel.start(stored, SOIL, SHAPE, TEST, threads=2).simulation._runner.threads == 2
     again = wheel.drive(stored, SOIL, SHAPE, TEST, threads=2)
     assert np.array_equal(numbers(again), numbers(driven[0]))
 
@@ -159,8 +162,9 @@ def on_one_grain(x_m):
 @pytest.mark.parametrize(
     ("held", "slip", "travel_ratio", "sign"), [("rim", 0.999, 1e-4, 1.0), ("travel", -1.0, 1e-2, -1.0)], ids=["spins", "locked"]
 )
-def test_a_wheel_that_slips_on_one_grain_has_friction_times_load(held, slip, travel_ratio, sign):
+def test_a_wheel_that_slips_on_one_grain_has_friction_times_load(monkeypatch, held, slip, travel_ratio, sign):
     """F = mu W, T = mu W R; the grain is under the axle in the middle of the steady stretch. The rim is a fine polygon."""
+    monkeypatch.setattr(wheel, "FLOOR_DIAMETERS", 0.0)
     round_wheel = WheelShape.of_mesh(solids.wheel(SHAPE.radius_m, SHAPE.width_m, sides=1440))
     test = WheelTest(load_n=0.05, slip=slip, held=held, speed_m_s=0.02, travel_ratio=travel_ratio, wheel_static_friction=0.3)
     travel = travel_ratio * SHAPE.radius_m
@@ -168,7 +172,7 @@ def test_a_wheel_that_slips_on_one_grain_has_friction_times_load(held, slip, tra
     found = steady(wheel.drive(bed, SOIL, round_wheel, test).history, SHAPE.radius_m)
     assert found.drawbar_ratio == pytest.approx(sign * 0.3, rel=1e-2)
     assert found.traction_coefficient == pytest.approx(sign * 0.3, rel=1e-2)
-    assert found.load_n == pytest.approx(test.load_n, rel=0.05)
+    assert found.load_n == pytest.approx(test.load_n, rel=0.1)  # the wheel swings on the grain's spring
 
 
 def test_a_wheel_above_the_bed_feels_nothing(bed):
@@ -196,11 +200,11 @@ def test_another_drive_keeps_velocity_and_springs(driven):
 
 
 def test_the_rim_or_the_axle_is_held(bed):
-    test = WheelTest(load_n=0.07, slip=-0.2, held="rim", speed_m_s=0.08, travel_ratio=0.5)
+    test = WheelTest(load_n=0.1, slip=-0.2, held="rim", speed_m_s=0.04, travel_ratio=0.5)
     run = wheel.drive(bed, SOIL, SHAPE, test)
     found = steady(run.history, SHAPE.radius_m)
-    assert run.history["rim_rate_rad_s"][-1] == pytest.approx(8.0)
-    assert run.history["speed_m_s"][-1] == pytest.approx(0.1)
+    assert run.history["rim_rate_rad_s"][-1] == pytest.approx(4.0)
+    assert run.history["speed_m_s"][-1] == pytest.approx(0.05)
     assert found.slip == pytest.approx(-0.2, abs=1e-6)
     assert found.drawbar_pull_n < -5.0 * found.drawbar_pull_error_n < 0.0
     assert run.momentum_residual_ratio < 1e-5
@@ -208,8 +212,8 @@ def test_the_rim_or_the_axle_is_held(bed):
 
 def test_a_free_wheel_slips_more_the_more_it_pulls(bed):
     slips = []
-    for pull in (-0.02, 0.004):
-        test = WheelTest(load_n=0.07, held="free", drawbar_load_n=pull, speed_m_s=0.1, travel_ratio=1.2)
+    for pull in (-0.03, 0.005):
+        test = WheelTest(load_n=0.1, held="free", drawbar_load_n=pull, speed_m_s=0.05, travel_ratio=1.2)
         run = wheel.drive(bed, SOIL, SHAPE, test)
         found = steady(run.history, SHAPE.radius_m)
         slips += [found.slip]
@@ -220,7 +224,7 @@ def test_a_free_wheel_slips_more_the_more_it_pulls(bed):
 
 def test_grousers_and_meshes_are_wheels(bed, tmp_path):
     lugged = WheelShape(radius_m=0.010, width_m=0.008, grousers=8, grouser_height_m=1.5e-3, grouser_thickness_m=1e-3)
-    assert lugged.outer_radius_m == pytest.approx(np.hypot(11.5e-3, 0.5e-3))
+    assert lugged.outer_radius_m == pytest.approx(np.hypot(11.5e-3, 0.5e-3), rel=1e-4)
     surface = lugged.surface(SOIL.smallest_sphere_m, (0.0, 0.0, 0.0))
     assert np.hypot(*surface.vertices_m[:, [0, 2]].T).max() == pytest.approx(lugged.outer_radius_m)
     along_z = dataclasses.replace(surface, vertices_m=surface.vertices_m[:, [2, 0, 1]])
@@ -266,9 +270,9 @@ def test_tests_that_make_no_sense_are_refused(change, message):
     [
         ({"radius_m": 0.009}, {}, r"radius_m of the wheel is 0.009 m, 4.5 grain diameters; allowed: at least 5: smaller grains"),
         ({"width_m": 0.005}, {}, r"width_m of the wheel is 0.005 m, 2.5 grain diameters; allowed: at least 3"),
-        ({"radius_m": 0.0115}, {}, r"length_m of the bed is 0.044; allowed: at least 0.046 for this wheel"),
+        ({"radius_m": 0.012}, {}, r"length_m of the bed is 0.047; allowed: at least 0.048 for this wheel"),
         ({"width_m": 0.011}, {}, r"width_m of the bed is 0.02; allowed: at least 0.022 for this wheel"),
-        ({}, {"travel_ratio": 2.5}, r"travel_ratio of the wheel is 2.5; allowed: at most 2.4: .* its own rut"),
+        ({}, {"travel_ratio": 2.8}, r"travel_ratio of the wheel is 2.8; allowed: at most 2.7: .* its own rut"),
     ],
 )
 def test_wheels_that_do_not_fit_grains_and_bed_are_refused(shape, test, message):
@@ -291,8 +295,8 @@ def test_what_is_coarse_soft_or_fast_is_warned_of(driven):
     said = " | ".join(run.warnings)
     assert "radius of the wheel is 5 grain diameters; results depend on the grain size below 14" in said
     assert "width of the wheel is 4 grain diameters" in said
-    assert "stiffness E*/p under the wheel is 1.71e+03; results depend on the softness below 2000" in said
-    assert "v^2/(g R) under the wheel is 0.102; results depend on the speed above 0.02" in said
+    assert "stiffness E*/p under the wheel is 1.2e+03; results depend on the softness below 2000" in said
+    assert "v^2/(g R) under the wheel is 0.0255; results depend on the speed above 0.02" in said
     short = WheelShape(radius_m=0.1, width_m=0.1, grousers=8, grouser_height_m=3e-3, grouser_thickness_m=1e-3)
     assert wheel.coarse(SOIL, short) == [
         "height of the grousers of the wheel is 1.5 grain diameters; results depend on the grain size below 2"

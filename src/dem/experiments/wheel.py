@@ -91,7 +91,8 @@ class WheelShape(Rich):
             return float(np.hypot(self.mesh.vertices_m[:, 0], self.mesh.vertices_m[:, 2]).max())
         if not self.grousers:
             return self.radius_m
-        return math.hypot(self.radius_m + self.grouser_height_m, 0.5 * self.grouser_thickness_m)
+        top = self.radius_m + self.grouser_height_m
+        return top / math.cos(math.asin(0.5 * self.grouser_thickness_m / top))  # the tips are flat, see `dem.solids.wheel`
 
     def surface(self, smallest_m: float, position_m: tuple[float, float, float]) -> Mesh:
         """The wheel's surface at a place; the rim is a polygon that a grain of the smallest radius does not feel."""

@@ -52,7 +52,7 @@ def test_a_run_without_travel_has_no_means():
     with pytest.raises(ValueError, match="travel of the wheel is 0 s"):
         steady(lowered, 0.05)
     short = {name: values[:53] for name, values in series().items()}
-    with pytest.raises(ValueError, match="number of samples is 1; allowed: at least 5"):
+    with pytest.raises(ValueError, match="number of samples is 2; allowed: at least 5"):
         steady(short, 0.05)
 
 
