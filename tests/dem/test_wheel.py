@@ -21,6 +21,7 @@ SOIL = Soil(
 )  # fmt: skip
 ENGINE = Engine(time_step_rayleigh_ratio=0.4)
 SETUP = soil_bed.Setup(length_m=0.047, width_m=0.020, depth_m=0.015)
+COLUMN = soil_bed.Setup(length_m=0.032, width_m=0.032, depth_m=0.015)
 SHAPE = WheelShape(radius_m=0.010, width_m=0.008)
 TEST = WheelTest(load_n=0.1, slip=0.5, speed_m_s=0.05, travel_ratio=1.2)
 
@@ -123,22 +124,24 @@ def test_a_file_that_holds_no_bed_is_refused(bed, tmp_path):
         soil_bed.load_bed(tmp_path / "other.npz")
 
 
-def test_less_friction_while_it_settles_makes_the_bed_denser(bed):
-    tamped = soil_bed.prepare(SOIL, dataclasses.replace(SETUP, preparation_friction_ratio=0.1), ENGINE, 1)
-    assert bed.status == tamped.status == "done"
-    assert 0.5 < bed.solid_fraction < tamped.solid_fraction - 0.02 < 0.64
-    assert bed.bulk_density_kg_m3 == pytest.approx(2500.0 * bed.solid_fraction)
-    area = SETUP.area_m2 * bed.level_m
-    mean = 4.0 / 3.0 * np.pi * (bed.simulation.grains.radii_m**3).sum() / area
-    assert bed.solid_fraction == pytest.approx(mean, rel=0.08)
+def test_less_friction_while_it_settles_makes_the_bed_denser():
+    rough, tamped = (
+        soil_bed.prepare(SOIL, dataclasses.replace(COLUMN, preparation_friction_ratio=ratio), ENGINE, 1) for ratio in (1.0, 0.1)
+    )
+    assert rough.status == tamped.status == "done"
+    assert 0.5 < rough.solid_fraction < tamped.solid_fraction - 0.02 < 0.64
+    assert rough.bulk_density_kg_m3 == pytest.approx(2500.0 * rough.solid_fraction)
+    mean = 4.0 / 3.0 * np.pi * (rough.simulation.grains.radii_m**3).sum() / (COLUMN.area_m2 * rough.level_m)
+    assert mean == pytest.approx(rough.solid_fraction, rel=0.1)  # looser along floor and surface
+    assert mean < rough.solid_fraction
 
 
-def test_the_preparation_of_a_wanted_density_is_found_or_refused(bed):
-    ratio, found = density.preparation_for(SOIL, SETUP, ENGINE, 1, 0.58, tolerance=0.01)
+def test_the_preparation_of_a_wanted_density_is_found_or_refused():
+    ratio, found = density.preparation_for(SOIL, SETUP, ENGINE, 1, 0.6, tolerance=0.01)
     assert 0.0 < ratio < 1.0
-    assert found == pytest.approx(0.58, abs=0.01)
-    tamped = soil_bed.prepare(SOIL, dataclasses.replace(SETUP, preparation_friction_ratio=ratio), ENGINE, 2)
-    assert tamped.solid_fraction == pytest.approx(0.58, abs=0.02)
+    assert found == pytest.approx(0.6, abs=0.01)
+    tamped = soil_bed.prepare(SOIL, dataclasses.replace(COLUMN, preparation_friction_ratio=ratio), ENGINE, 2)
+    assert tamped.solid_fraction == pytest.approx(0.6, abs=0.02)
     with pytest.raises(ValueError, match=r"solid_fraction of the bed is 0.7; allowed: 0.5\d+ to 0.6\d+, as these grains pack"):
         density.preparation_for(SOIL, SETUP, ENGINE, 1, 0.7)
 
@@ -165,7 +168,7 @@ def on_one_grain(x_m):
 def test_a_wheel_that_slips_on_one_grain_has_friction_times_load(monkeypatch, held, slip, travel_ratio, sign):
     """F = mu W, T = mu W R; the grain is under the axle in the middle of the steady stretch. The rim is a fine polygon."""
     monkeypatch.setattr(wheel, "FLOOR_DIAMETERS", 0.0)
-    round_wheel = WheelShape.of_mesh(solids.wheel(SHAPE.radius_m, SHAPE.width_m, sides=1440))
+    round_wheel = WheelShape.of_mesh(solids.wheel(SHAPE.radius_m, SHAPE.width_m, sides=720))
     test = WheelTest(load_n=0.05, slip=slip, held=held, speed_m_s=0.02, travel_ratio=travel_ratio, wheel_static_friction=0.3)
     travel = travel_ratio * SHAPE.radius_m
     bed = on_one_grain(0.5 * (SETUP.length_m - travel) + 0.8 * travel)

@@ -18,7 +18,8 @@ def preparation_for(
 ) -> tuple[float, float]:
     """Preparation friction ratio from 0 to 1 at which a bed has a solid fraction to a tolerance, and what its column has.
 
-    The fraction falls with the ratio; bisection. The bed itself differs by the scatter of two packings, about 0.002.
+    The fraction falls with the ratio; bisection. The bed itself differs by the scatter of two packings, and by more if it is
+    narrower than the columns: grains between near images form rows, and pack more densely.
 
     Raises
     ------
