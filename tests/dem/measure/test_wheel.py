@@ -86,7 +86,7 @@ def test_the_law_and_the_pressure_of_a_plate_are_found():
 
 def test_equal_errors_of_the_pressure_do_not_bias_the_law():
     rng, z = np.random.default_rng(1), np.linspace(1e-3, 0.025, 400)
-    found = [power_law(z, 8e5 * z + rng.normal(0.0, 300.0, z.shape), 0.002, 0.025).n for _ in range(50)]
+    found = [power_law(z, 8e5 * z + rng.normal(0.0, 700.0, z.shape), 0.002, 0.025).n for _ in range(50)]
     assert np.mean(found) == pytest.approx(1.0, abs=0.01)
 
 
@@ -108,9 +108,9 @@ def test_the_gradient_of_a_cone_is_its_slope_between_a_tenth_and_three_tenths():
 
 
 def test_the_map_has_the_highest_grain_of_each_cell_in_its_period():
-    positions = [(0.1, 0.1, 1.0), (0.2, 0.1, 2.0), (1.9, 0.1, 3.0), (-0.1, 1.2, 4.0), (2.1, 0.9, 1.5)]
+    positions = [(0.1, 0.1, 1.0), (0.2, 0.1, 2.0), (1.9, 0.1, 3.0), (-0.1, 1.2, 4.0), (2.1, 0.9, 1.9)]
     heights = height_map(positions, [0.5, 0.25, 0.5, 0.5, 0.5], 2.0, 2.0, 1.0)
-    assert heights[0, 0] == 2.25
+    assert heights[0, 0] == 2.4
     assert heights[1, 0] == 3.5
     assert heights[1, 1] == 4.5
     assert np.isnan(heights[0, 1])
