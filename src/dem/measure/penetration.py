@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from dem.html import Rich
 from dem.measure.blocks import block_means
@@ -15,13 +16,18 @@ WINDOW = 0.2
 GRADIENT_SHARES = (0.1, 0.3)
 #: Blocks of the curve whose means the gradient is fitted to.
 N_BLOCKS = 8
+#: Exponents n between which the law is sought.
+EXPONENTS = (0.05, 5.0)
 #: Least samples of a fit.
 LEAST_SAMPLES = 4
 
 
 @dataclass(frozen=True, kw_only=True)
 class PowerLaw(Rich):
-    """p = k z^n. k_pa_m_n: pressure in Pa at a sinkage of 1 m; residual_ratio: root mean square of log p about the law."""
+    """Parameters of p = k z^n.
+
+    k_pa_m_n: pressure in Pa at a sinkage of 1 m. residual_ratio: root mean square residual over the mean pressure.
+    """
 
     k_pa_m_n: float
     n: float
@@ -45,18 +51,25 @@ def pressure_at(sinkage_m, pressure_pa, at_m: float) -> tuple[float, float]:
 
 
 def power_law(sinkage_m, pressure_pa, low_m: float, high_m: float) -> PowerLaw:
-    """The law through the samples between two sinkages: a line in logarithms, weighted by p^2, as equal errors of p ask for.
+    """The law of least squares through the samples (n,) between two sinkages above 0; n is sought within EXPONENTS.
 
-    Nan with fewer than LEAST_SAMPLES of positive pressure.
+    Of the pressures themselves: logarithms would weigh the errors of small pressures most. Nan with fewer than LEAST_SAMPLES.
     """
     z, p = np.asarray(sinkage_m, float), np.asarray(pressure_pa, float)
-    counts = (z >= low_m) & (z <= high_m) & (z > 0.0) & (p > 0.0)
+    counts = (z >= low_m) & (z <= high_m) & (z > 0.0)
     if counts.sum() < LEAST_SAMPLES:
         return PowerLaw(k_pa_m_n=math.nan, n=math.nan, residual_ratio=math.nan)
-    x, y, weight = np.log(z[counts]), np.log(p[counts]), p[counts]
-    n, log_k = np.polyfit(x, y, 1, w=weight)
-    residual = math.sqrt(float(np.average((y - n * x - log_k) ** 2, weights=weight**2)))
-    return PowerLaw(k_pa_m_n=math.exp(log_k), n=float(n), residual_ratio=residual)
+    p, scale_m = p[counts], float(z[counts].max())
+    ratio = z[counts] / scale_m
+
+    def modulus(n: float) -> float:
+        return float((p * ratio**n).sum() / (ratio ** (2.0 * n)).sum())
+
+    def residual(n: float) -> float:
+        return float(((p - modulus(n) * ratio**n) ** 2).mean())
+
+    n = float(minimize_scalar(residual, bounds=EXPONENTS, method="bounded", options={"xatol": 1e-9}).x)
+    return PowerLaw(k_pa_m_n=modulus(n) / scale_m**n, n=n, residual_ratio=math.sqrt(residual(n)) / float(np.abs(p).mean()))
 
 
 def bekker(laws: Mapping[float, PowerLaw], at_m: float) -> tuple[float, float, float]:
