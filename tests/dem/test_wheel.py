@@ -92,6 +92,20 @@ def test_a_rut_stays_behind_and_the_bed_is_as_it_was(driven, bed):
     assert run.axles["lowered"][0] < run.axles["middle"][0] < run.axles["end"][0]
 
 
+def test_a_world_sixteen_times_as_large_gives_the_same_bytes_times_powers_of_two(driven):
+    """Lengths 16, times 4, shear modulus 16, gravity and density as they are: a constant with a unit would show."""
+    large = dataclasses.replace(SOIL, radius_m=16.0 * SOIL.radius_m, shear_modulus_pa=16.0 * SOIL.shear_modulus_pa)
+    setup = soil_bed.Setup(length_m=16.0 * SETUP.length_m, width_m=16.0 * SETUP.width_m, depth_m=16.0 * SETUP.depth_m)
+    shape = WheelShape(radius_m=16.0 * SHAPE.radius_m, width_m=16.0 * SHAPE.width_m)
+    test = dataclasses.replace(TEST, load_n=16.0**3 * TEST.load_n, speed_m_s=4.0 * TEST.speed_m_s)
+    run, again = driven[0], wheel.drive(soil_bed.prepare(large, setup, ENGINE, 1), large, shape, test)
+    factors = {"_s": 4.0, "_m": 16.0, "_n": 16.0**3, "_n_m": 16.0**4, "_rad_s": 0.25, "_m_s": 4.0, "_j": 16.0**4, "_ratio": 1.0}
+    for name, values in run.history.items():
+        unit = max((unit for unit in factors if name.endswith(unit)), key=len)
+        assert np.array_equal(again.history[name], factors[unit] * values), name
+    assert np.array_equal(again.moments["end"].positions_m, 16.0 * run.moments["end"].positions_m)
+
+
 def numbers(run):
     return np.concatenate([*run.history.values(), run.moments["end"].positions_m.ravel()])
 
