@@ -9,6 +9,8 @@ from dem.material import require
 
 #: Sides of a column in mean grain diameters.
 COLUMN_DIAMETERS = 16.0
+#: Ratio of the loosest preparation: grains that come to rest with more friction are no looser when they have their own.
+LOOSEST_RATIO = 4.0
 #: Largest number of halvings of the interval of ratios.
 MOST_HALVINGS = 10
 
@@ -16,10 +18,11 @@ MOST_HALVINGS = 10
 def preparation_for(
     soil: Soil, setup: Setup, engine: Engine, seed: int, solid_fraction: float, tolerance: float = 0.003
 ) -> tuple[float, float]:
-    """Preparation friction ratio from 0 to 1 at which a bed has a solid fraction to a tolerance, and what its column has.
+    """Preparation friction ratio, up to LOOSEST_RATIO, at which a bed has a solid fraction to a tolerance; its column's fraction.
 
-    The fraction falls with the ratio; bisection. The bed itself differs by the scatter of two packings, and by more if it is
-    narrower than the columns: grains between near images form rows, and pack more densely.
+    By bisection, for the fraction falls with the ratio; not without scatter, so that after MOST_HALVINGS the fraction may miss the
+    tolerance. The bed itself differs by the scatter of two packings, and by more if it is narrower than the columns: grains
+    between near images form rows, and pack more densely.
 
     Raises
     ------
@@ -31,9 +34,9 @@ def preparation_for(
         column = replace(setup, length_m=side, width_m=side, preparation_friction_ratio=ratio)
         return soil_bed.prepare(soil, column, engine, seed).solid_fraction
 
-    low, high = 0.0, 1.0
+    low, high = 0.0, LOOSEST_RATIO
     dense, loose = packed(low), packed(high)
-    allowed = f"{loose:.4f} to {dense:.4f}, as these grains pack with all of their friction and with none"
+    allowed = f"{loose:.4f} to {dense:.4f}, as these grains pack with {high:g} times their friction and with none"
     require(loose - tolerance <= solid_fraction <= dense + tolerance, "solid_fraction of the bed", solid_fraction, allowed)
     ratio, found = min(((high, loose), (low, dense)), key=lambda pair: abs(pair[1] - solid_fraction))
     for _ in range(MOST_HALVINGS):

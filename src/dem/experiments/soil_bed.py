@@ -44,8 +44,8 @@ class Setup(Rich):
     """Geometry and preparation.
 
     length_m, width_m: periods along x (the travel) and y. depth_m: nominal, at a solid fraction of 0.57.
-    preparation_friction_ratio multiplies the grains' frictions while they settle: below 1 the bed is denser. Grains stick from the
-    end of the preparation on, unless prepared_with_adhesion.
+    preparation_friction_ratio multiplies the grains' frictions while they settle: below 1 the bed is denser, above looser. Grains
+    stick from the end of the preparation on, unless prepared_with_adhesion.
     """
 
     length_m: float
