@@ -8,9 +8,11 @@ import pytest
 
 import dem
 from dem import solids
+from dem.checkpoint import load_with_notes
 from dem.experiments import penetration, soil_bed
 from dem.experiments.penetration import PressTest, Tool
 from dem.experiments.soil import Engine, Soil
+from dem.experiments.state import State
 
 SOIL = Soil(
     radius_m=1e-3, density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e6, static_friction=0.5, rolling_friction=0.1,
@@ -49,9 +51,11 @@ def test_pressure_grows_with_depth_to_the_one_that_was_asked_for(pressed):
     assert run.history["force_n"] == pytest.approx(pressure * np.pi / 4.0 * DIAMETER_M**2)
 
 
-def test_a_run_that_was_interrupted_ends_with_the_same_bytes(pressed, bed):
+def test_a_run_that_was_interrupted_ends_with_the_same_bytes(pressed, bed, tmp_path):
     run, state = pressed
-    again = penetration.press_plate(bed, SOIL, DIAMETER_M, TEST, state=state)
+    dem.save(state.simulation, tmp_path / "half.npz", state.notes)
+    simulation, notes = load_with_notes(tmp_path / "half.npz")
+    again = penetration.press_plate(bed, SOIL, DIAMETER_M, TEST, state=State(simulation, state.stage, state.end_step, notes))
     assert all(np.array_equal(again.history[name], run.history[name]) for name in run.history)
     assert np.array_equal(again.after.positions_m, run.after.positions_m)
 

@@ -8,9 +8,11 @@ import pytest
 
 import dem
 from dem import solids
+from dem.checkpoint import load_with_notes
 from dem.experiments import density, soil_bed, wheel
 from dem.experiments.soil import Engine, Soil
 from dem.experiments.soil_bed import SoilBed
+from dem.experiments.state import State
 from dem.experiments.wheel import WheelShape, WheelTest
 from dem.measure.surface import rut
 from dem.measure.wheel import steady
@@ -110,10 +112,17 @@ def numbers(run):
     return np.concatenate([*run.history.values(), run.moments["end"].positions_m.ravel()])
 
 
+def through_a_file(state, path):
+    """A state as another process finds it."""
+    dem.save(state.simulation, path, state.notes)
+    simulation, notes = load_with_notes(path)
+    return State(simulation, state.stage, state.end_step, notes)
+
+
 @pytest.mark.parametrize("stage", ["lower", "travel"])
-def test_a_run_that_was_interrupted_ends_with_the_same_bytes(driven, bed, stage):
+def test_a_run_that_was_interrupted_ends_with_the_same_bytes(driven, bed, stage, tmp_path):
     run, states = driven
-    again = wheel.drive(bed, SOIL, SHAPE, TEST, state=copy.deepcopy(states[stage]))
+    again = wheel.drive(bed, SOIL, SHAPE, TEST, state=through_a_file(states[stage], tmp_path / "half.npz"))
     assert np.array_equal(numbers(again), numbers(run))
     assert (again.n_steps, again.dissipated_j, again.momentum_residual_ratio) == (
         run.n_steps,
@@ -130,6 +139,25 @@ def test_a_stored_bed_and_two_threads_give_the_same_bytes(driven, bed, tmp_path)
     assert wheel.start(stored, SOIL, SHAPE, TEST, threads=2).simulation._runner.threads == 2
     again = wheel.drive(stored, SOIL, SHAPE, TEST, threads=2)
     assert np.array_equal(numbers(again), numbers(driven[0]))
+
+
+@pytest.mark.parametrize("stage", ["settle", "rest"])
+def test_a_preparation_that_was_interrupted_gives_the_same_bed(bed, stage, tmp_path):
+    class Stop(Exception):
+        pass
+
+    def keep(state):
+        if state.stage == stage:
+            states.append(through_a_file(state, tmp_path / "half.npz"))
+            raise Stop
+
+    states = []
+    with pytest.raises(Stop):
+        soil_bed.prepare(SOIL, SETUP, ENGINE, 1, keep=keep)
+    again = soil_bed.prepare(SOIL, SETUP, ENGINE, 1, state=states[0])
+    assert np.array_equal(again.simulation.grains.positions_m, bed.simulation.grains.positions_m)
+    assert np.array_equal(again.glued, bed.glued)
+    assert (again.solid_fraction, again.max_overlap_ratio) == (bed.solid_fraction, bed.max_overlap_ratio)
 
 
 def test_a_file_that_holds_no_bed_is_refused(bed, tmp_path):
