@@ -34,6 +34,16 @@ class PowerLaw(Rich):
     residual_ratio: float
 
 
+def sinkage_from(depth_m, pressure_pa, zero_pressure_pa: float) -> np.ndarray:
+    """Sinkage in m (n,) from the depth at which the pressure first reaches a value, a common zero; nan if it never does.
+
+    A plate touches the highest grain first: its mean pressure is nothing until it is down by a diameter.
+    """
+    z, p = np.asarray(depth_m, float), np.asarray(pressure_pa, float)
+    reached = p >= zero_pressure_pa
+    return z - z[np.argmax(reached)] if reached.any() else np.full(z.shape, math.nan)
+
+
 def pressure_at(sinkage_m, pressure_pa, at_m: float) -> tuple[float, float]:
     """Pressure in Pa at a sinkage, and its standard error as if samples were independent, from a line through those nearby.
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dem.measure.blocks import block_means, mean_and_error, ratio_and_error
-from dem.measure.penetration import bekker, cone_gradient, power_law, pressure_at
+from dem.measure.penetration import bekker, cone_gradient, power_law, pressure_at, sinkage_from
 from dem.measure.surface import height_map, layer_solid_fraction, rut
 from dem.measure.wheel import slip_of, steady
 
@@ -82,6 +82,13 @@ def test_the_law_and_the_pressure_of_a_plate_are_found():
     assert error < 1e-3 * value
     assert np.isnan(pressure_at(z, p, 0.031)[0])
     assert np.isnan(power_law(z, p, 0.04, 0.05).n)
+
+
+def test_the_zero_of_sinkage_is_where_the_pressure_is_reached():
+    depth, pressure = np.array([-2.0, -1.0, 0.0, 1.0]), np.array([0.0, 500.0, 1500.0, 900.0])
+    assert sinkage_from(depth, pressure, 1000.0) == pytest.approx([-2.0, -1.0, 0.0, 1.0])
+    assert sinkage_from(depth, pressure, 400.0) == pytest.approx([-1.0, 0.0, 1.0, 2.0])
+    assert np.isnan(sinkage_from(depth, pressure, 2000.0)).all()
 
 
 def test_equal_errors_of_the_pressure_do_not_bias_the_law():
