@@ -8,7 +8,6 @@ import pytest
 
 import dem
 from dem import solids
-from dem.checkpoint import load_with_notes
 from dem.experiments import penetration, soil_bed
 from dem.experiments.penetration import PressTest, Tool
 from dem.experiments.soil import Engine, Soil
@@ -54,7 +53,7 @@ def test_pressure_grows_with_depth_to_the_one_that_was_asked_for(pressed):
 def test_a_run_that_was_interrupted_ends_with_the_same_bytes(pressed, bed, tmp_path):
     run, state = pressed
     dem.save(state.simulation, tmp_path / "half.npz", state.notes)
-    simulation, notes = load_with_notes(tmp_path / "half.npz")
+    simulation, notes = dem.load_with_notes(tmp_path / "half.npz")
     again = penetration.press_plate(bed, SOIL, DIAMETER_M, TEST, state=State(simulation, state.stage, state.end_step, notes))
     assert all(np.array_equal(again.history[name], run.history[name]) for name in run.history)
     assert np.array_equal(again.after.positions_m, run.after.positions_m)

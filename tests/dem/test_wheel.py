@@ -8,14 +8,12 @@ import pytest
 
 import dem
 from dem import solids
-from dem.checkpoint import load_with_notes
 from dem.experiments import density, soil_bed, wheel
 from dem.experiments.soil import Engine, Soil
 from dem.experiments.soil_bed import SoilBed
 from dem.experiments.state import State
 from dem.experiments.wheel import WheelShape, WheelTest
-from dem.measure.surface import rut
-from dem.measure.wheel import steady
+from dem.measure.wheel import rut, steady
 
 SOIL = Soil(
     radius_m=1e-3, density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e6, static_friction=0.5, rolling_friction=0.1,
@@ -115,7 +113,7 @@ def numbers(run):
 def through_a_file(state, path):
     """A state as another process finds it."""
     dem.save(state.simulation, path, state.notes)
-    simulation, notes = load_with_notes(path)
+    simulation, notes = dem.load_with_notes(path)
     return State(simulation, state.stage, state.end_step, notes)
 
 

@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 from dem.experiments import soil_bed
+from dem.experiments.checks import require
 from dem.experiments.soil import Engine, Soil
 from dem.experiments.soil_bed import Setup
-from dem.material import require
 
 #: Sides of a column in mean grain diameters.
 COLUMN_DIAMETERS = 16.0

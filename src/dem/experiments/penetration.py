@@ -11,10 +11,10 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from dem import Body, Box, Grains, Mesh, Motion, Rich, Simulation, SimulationError, Wall, solids
+from dem.experiments.checks import require
 from dem.experiments.soil import Soil
 from dem.experiments.soil_bed import TOOL_MATERIAL, SoilBed, warn
 from dem.experiments.state import State, steps_in
-from dem.material import require
 
 #: Samples over the way, at most.
 N_SAMPLES = 400

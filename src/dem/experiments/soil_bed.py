@@ -13,14 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
-from dem import Grains, Rich, Simulation, SimulationError, packed, save, unpacked
-from dem.checkpoint import load_with_notes
+from dem import Grains, Rich, Simulation, SimulationError, load_with_notes, packed, save, unpacked
 from dem.experiments.bed import dropped
+from dem.experiments.checks import require
 from dem.experiments.soil import Engine, Soil
 from dem.experiments.specimen import FILL_FRACTION, floor, glue_reach_m
 from dem.experiments.state import State, steps_in
-from dem.material import require
-from dem.measure.surface import height_map, layer_solid_fraction
+from dem.experiments.surface import height_map, layer_solid_fraction
 
 LOG = logging.getLogger(__name__)
 
@@ -78,7 +77,7 @@ class SoilBed(Rich):
     """A settled bed.
 
     status: "done", or "not_settled" if grains still moved at the time limit. level_m: mean of heights_m, the map of the surface
-    (see `dem.measure.surface.height_map`). solid_fraction, bulk_density_kg_m3: between 0.2 and 0.8 of the level. glued (k,):
+    (see `dem.experiments.surface.height_map`). solid_fraction, bulk_density_kg_m3: between 0.2 and 0.8 of the level. glued (k,):
     numbers of the grains (of clumps, whole ones) that belong to the floor. simulation: the bed itself, which tests copy.
     """
 

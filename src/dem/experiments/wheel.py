@@ -16,10 +16,10 @@ import numpy as np
 
 from dem import Body, Drive, Grains, Mesh, Motion, Rich, Simulation, SimulationError, solids
 from dem.experiments.balance import Content, content, momentum_residual
+from dem.experiments.checks import require
 from dem.experiments.soil import Soil
 from dem.experiments.soil_bed import TOOL_MATERIAL, SoilBed, warn
 from dem.experiments.state import State, steps_in
-from dem.material import require
 
 #: Speed limit of the lowered wheel over sqrt(g R): 30 mm/s for a wheel of 58 mm on Earth.
 LOWERING_RATIO = 0.04

@@ -1,4 +1,4 @@
-"""What a wheel does in the steady stretch of its travel: drawbar pull, torque, sinkage, load, and their ratios."""
+"""What a wheel does in the steady stretch of its travel: drawbar pull, torque, sinkage, load, their ratios; and its rut."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -97,3 +97,13 @@ def error_name(name: str) -> str:
         if name.endswith(unit):
             return f"{name.removesuffix(unit)}_error{unit}"
     return f"{name}_error"
+
+
+def rut(before: np.ndarray, after: np.ndarray, columns: slice | np.ndarray = slice(None)) -> tuple[np.ndarray, np.ndarray]:
+    """Mean change of height in m across the track (m,), and its standard deviation along the track (m,).
+
+    before, after : maps (n, m) of `dem.experiments.surface.height_map`, of one shape. columns : cells along x that count, as
+    those behind the wheel.
+    """
+    change = (np.asarray(after) - np.asarray(before))[columns]
+    return np.nanmean(change, axis=0), np.nanstd(change, axis=0)

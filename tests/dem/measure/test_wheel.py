@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from dem.experiments.surface import height_map, layer_solid_fraction
 from dem.measure.blocks import block_means, mean_and_error, ratio_and_error
 from dem.measure.penetration import bekker, cone_gradient, power_law, pressure_at, sinkage_from
-from dem.measure.surface import height_map, layer_solid_fraction, rut
-from dem.measure.wheel import slip_of, steady
+from dem.measure.wheel import rut, slip_of, steady
 
 
 def series(n=1000, **values):

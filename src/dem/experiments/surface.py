@@ -35,12 +35,3 @@ def layer_solid_fraction(positions, radii, area_m2: float, low_m: float, high_m:
         return math.pi * h**2 * (r - h / 3.0)
 
     return float((below(high_m) - below(low_m)).sum()) / (area_m2 * (high_m - low_m))
-
-
-def rut(before: np.ndarray, after: np.ndarray, columns: slice | np.ndarray = slice(None)) -> tuple[np.ndarray, np.ndarray]:
-    """Mean change of height in m across the track (m,), and its standard deviation along the track (m,).
-
-    before, after : maps (n, m) of `height_map`, of one shape. columns : cells along x that count, e.g. those behind the wheel.
-    """
-    change = (np.asarray(after) - np.asarray(before))[columns]
-    return np.nanmean(change, axis=0), np.nanstd(change, axis=0)
