@@ -14,7 +14,7 @@ True
 True
 """
 
-from dem.checkpoint import CheckpointError, load, packed, save, unpacked
+from dem.checkpoint import CheckpointError, load, load_with_notes, packed, save, unpacked
 from dem.clumps.records import ClumpStates
 from dem.clumps.shape import Clump
 from dem.contact.model import work_of_adhesion
@@ -51,6 +51,7 @@ __all__ = [
     "TurnDrive",
     "Wall",
     "load",
+    "load_with_notes",
     "packed",
     "rayleigh_time",
     "read_mesh",

@@ -96,7 +96,7 @@ def arrays_of(walls: list[Wall], material_index: dict[str, int]) -> tuple[Bodies
 def wall_now(wall: Wall, scene: Scene, w: int) -> Wall:
     """Wall w where it is now, with its velocity now."""
     moving = shapes.placed(wall, scene.surfaces.geometry[w].tolist())
-    values = {name: getattr(moving, name) for name in moving.__dataclass_fields__}
+    values: dict[str, tuple] = {}
     body = scene.surfaces.body[w]
     values["velocity_m_s"] = tuple(scene.bodies.velocity[body].tolist())
     if scene.rigid is not None:
@@ -106,7 +106,9 @@ def wall_now(wall: Wall, scene: Scene, w: int) -> Wall:
             values["pivot_m"] = tuple(poses.position[body].tolist())
         if isinstance(wall, Mesh):
             values["orientation"] = tuple(poses.quaternion[body].tolist())
-    return type(wall)(**values)
+    for name, value in values.items():
+        object.__setattr__(moving, name, value)
+    return moving
 
 
 @lean_jit

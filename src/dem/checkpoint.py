@@ -76,9 +76,12 @@ def packed(simulation: Simulation) -> np.ndarray:
     return np.frombuffer(content.getvalue(), np.uint8)
 
 
-def unpacked(archive: np.ndarray) -> Simulation:
-    """The simulation of an array of `packed`; the checkpoint that may have held it is of this engine."""
-    return read(archive.tobytes(), "a packed simulation", None)[0]
+def unpacked(archive: np.ndarray, threads: int | None = None) -> Simulation:
+    """The simulation of an array of `packed`; the checkpoint that may have held it is of this engine.
+
+    threads : number of threads from now on, by default as before; results do not depend on it.
+    """
+    return read(archive.tobytes(), "a packed simulation", None, threads)[0]
 
 
 def load(path: str | Path) -> Simulation:
@@ -96,8 +99,11 @@ def load_with_notes(path: str | Path) -> tuple[Simulation, dict]:
     return read(Path(path).read_bytes(), path, source_hash())
 
 
-def read(content: bytes, path: str | Path, engine: str | None) -> tuple[Simulation, dict]:
-    """The simulation and the notes of an archive's bytes; path : its name in messages, engine : hash that it must have."""
+def read(content: bytes, path: str | Path, engine: str | None, threads: int | None = None) -> tuple[Simulation, dict]:
+    """The simulation and the notes of an archive's bytes; path : its name in messages, engine : hash that it must have.
+
+    threads : as in `unpacked`.
+    """
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             arrays = dict(archive)
@@ -105,6 +111,7 @@ def read(content: bytes, path: str | Path, engine: str | None) -> tuple[Simulati
         if engine is not None and description["engine"] != engine:
             raise CheckpointError(f"{path} was written by another version of the engine; delete it to begin anew.")
         noted = {name.removeprefix(NOTE): arrays.pop(name) for name in list(arrays) if name.startswith(NOTE)}
+        description["settings"] |= {} if threads is None else {"threads": threads}
         return restored(description, arrays), description["notes"] | noted
     except CheckpointError:
         raise

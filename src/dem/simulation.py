@@ -34,7 +34,7 @@ from dem.lists.pairs import deepest_overlap
 from dem.lists.storage import Widths
 from dem.material import Interaction, Material, require, require_vector
 from dem.runner import Runner
-from dem.shapes import Body, Mesh, Wall, may_turn
+from dem.shapes import Body, Drive, Mesh, Wall, may_turn
 from dem.shapes.mesh import check_beside_grains
 from dem.state import SimulationState
 from dem.timestep import largest_time_step, stable_time_step
@@ -274,6 +274,12 @@ class Simulation:
         w = self._wall_index(name)
         wall = replace(self.wall(name), angular_velocity_rad_s=angular_velocity_rad_s)
         self._ensure_compiled(turning=True)
+        self._state.replace_walls([wall if k == w else self._state.wall(k) for k in range(len(self.wall_names))])
+
+    def drive_wall(self, name: str, *drives: Drive) -> None:
+        """Give a wall other drives along axes; it keeps its velocity, prescribed from now on along axes without a drive."""
+        w = self._wall_index(name)
+        wall = replace(self.wall(name), drive=drives or None)
         self._state.replace_walls([wall if k == w else self._state.wall(k) for k in range(len(self.wall_names))])
 
     def add_factory(self, factory: Factory) -> None:

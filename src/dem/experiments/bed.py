@@ -19,10 +19,13 @@ class Bed(Protocol):
     def prepared_with_adhesion(self) -> bool: ...  # noqa: D102
 
 
-def dropped(soil: Soil, bed: Bed, engine: Engine, seed: int, walls: list[Box], n_grains: int) -> Simulation:
+def dropped(
+    soil: Soil, bed: Bed, engine: Engine, seed: int, walls: list[Box], n_grains: int, *, endless: bool = False
+) -> Simulation:
     """Walls and dropped grains at time 0, with the friction and adhesion of the preparation.
 
     Walls of the material "plate" are as rough as the grains, those of "frame" are smooth and nothing sticks to them.
+    endless : the bed is periodic along x too.
     """
     grain, options = soil.softened(engine.stiffness_reduction), engine.options(soil)
     early = options["adhesion"] if bed.prepared_with_adhesion else "none"
@@ -31,11 +34,12 @@ def dropped(soil: Soil, bed: Bed, engine: Engine, seed: int, walls: list[Box], n
         materials={"soil": grain, "frame": grain, "plate": grain},
         interactions={("soil", "soil"): prepared, ("soil", "plate"): prepared, ("soil", "frame"): soil.interaction(0.0, 0.0)},
         walls=walls,
-        period_m=(0.0, bed.thickness_m, 0.0),
+        period_m=(bed.length_m if endless else 0.0, bed.thickness_m, 0.0),
         smallest_radius_m=soil.smallest_sphere_m,
         floor_m=-2.0 * soil.sizes.largest_m,
         **options,
     )
-    region = BoxRegion(low_m=(0.0, 0.0), high_m=(bed.length_m, bed.thickness_m), bottom_m=0.0, periodic_y=True)
+    corners = {"low_m": (0.0, 0.0), "high_m": (bed.length_m, bed.thickness_m)}
+    region = BoxRegion(**corners, bottom_m=0.0, periodic_x=endless, periodic_y=True)
     simulation.add_factory(soil.factory(n_grains, region, seed))
     return simulation

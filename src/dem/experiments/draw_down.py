@@ -16,6 +16,7 @@ import numpy as np
 
 from dem import Box, Grains, Rich, Simulation, SimulationError
 from dem.experiments.bed import dropped
+from dem.experiments.checks import require
 from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.specimen import glue_reach_m, rectangle
 from dem.experiments.state import LOOK_STEPS, State, steps_in
@@ -130,12 +131,6 @@ class DrawDown(Rich):
     def history(self) -> dict[str, np.ndarray]:
         """Mass that has flowed out, as columns."""
         return {"time_s": self.time_s, "mass_out_kg_m": self.mass_out_kg_m}
-
-
-def require(condition: bool, name: str, value, allowed: str) -> None:
-    """Raise ValueError naming a size, its value and what is allowed, unless the condition holds."""
-    if not condition:
-        raise ValueError(f"{name} is {value}; allowed: {allowed}.")
 
 
 def n_grains(soil: Soil, setup: Setup) -> int:

@@ -1,0 +1,450 @@
+"""Single wheel on a bed of soil: lowered under its load, then driven at a slip, a rim speed, or against a drawbar load.
+
+The wheel comes down with a damper that lets it fall no faster than a fraction of sqrt(g R), so that it does not dig itself in; the
+damper is taken away when the soil carries the load, and the wheel travels with its vertical axis free. The bed is periodic.
+
+Signs: x forwards, z up. Forces are those of the soil on the wheel: the drawbar pull is positive where the wheel could pull. The
+torque is the motor's about the axle, positive where it drives the wheel forwards. Slip s = 1 - v / (w R) of a driven wheel
+(w R >= v), w R / v - 1 of a skidding one: -1 locked, 0 rolling, 1 spinning on the spot. R is the rim's radius, without grousers.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from dem import Body, Drive, Grains, Mesh, Motion, Rich, Simulation, SimulationError, solids
+from dem.experiments.balance import Content, content, momentum_residual
+from dem.experiments.checks import require
+from dem.experiments.soil import Soil
+from dem.experiments.soil_bed import TOOL_MATERIAL, SoilBed, warn
+from dem.experiments.state import State, steps_in
+
+#: Speed limit of the lowered wheel over sqrt(g R): 30 mm/s for a wheel of 58 mm on Earth.
+LOWERING_RATIO = 0.04
+#: The damper is taken away at this fraction of that speed, when the soil carries the rest of the load; at the latest after the time
+#: in which the wheel falls by LOWERING_RADII.
+CARRIED_RATIO, LOWERING_RADII = 0.1, 4.0
+#: Samples of the travel, at most.
+N_SAMPLES = 400
+#: The test ends if the wheel comes nearer to the floor than this, in mean grain diameters.
+FLOOR_DIAMETERS = 4.0
+#: Radius and width of the wheel in mean grain diameters: refused below the first, warned of below the second.
+RADIUS_DIAMETERS, WIDTH_DIAMETERS = (5.0, 14.0), (3.0, 12.0)
+#: Height of grousers in mean grain diameters that is warned of.
+GROUSER_DIAMETERS = 2.0
+#: Least bed: length over the outer radius, width over the wheel's, depth over the radius.
+LENGTH_RADII, WIDTH_WIDTHS, DEPTH_RADII = 4.0, 2.0, 0.5
+#: Rut that the wheel must not reach again, in radii: the length under the wheel.
+RUT_RADII = 2.0
+#: Warned of: E* over the mean pressure W / (1.2 R b) below the first, inertial number of the slip above the second, v^2 / (g R)
+#: above the third.
+STIFFNESS_NUMBER, INERTIAL_NUMBER, FROUDE = 2000.0, 5e-3, 0.02
+#: Depth over which the slip shears the soil, in mean grain diameters, for the inertial number.
+SHEAR_DIAMETERS = 10.0
+
+HELD = ("travel", "rim", "free")
+
+
+@dataclass(frozen=True, kw_only=True)
+class WheelShape(Rich):
+    """Wheel with its axle along y: radius of the rim, width, straight grousers; or a mesh (see `of_mesh`), with the same radius."""
+
+    radius_m: float
+    width_m: float
+    grousers: int = 0
+    grouser_height_m: float = 0.0
+    grouser_thickness_m: float = 0.0
+    mesh: Mesh | None = None
+
+    def __post_init__(self):
+        for name in ("radius_m", "width_m"):
+            value = getattr(self, name)
+            require(0.0 < value < math.inf, f"{name} of the wheel", value, "a positive number")
+        require(self.grousers >= 0, "grousers of the wheel", self.grousers, "zero or more")
+        for name in ("grouser_height_m", "grouser_thickness_m") if self.grousers else ():
+            value = getattr(self, name)
+            require(0.0 < value < math.inf, f"{name} of the wheel", value, "a positive number, with grousers")
+
+    @classmethod
+    def of_mesh(cls, mesh: Mesh, axis: str = "y", radius_m: float | None = None) -> "WheelShape":
+        """The wheel of a mesh (`dem.read_mesh`) whose axle is `axis` of its frame, through the origin.
+
+        radius_m : of the rim, to which the slip refers; by default the largest distance from the axle, grousers included.
+        """
+        require(axis in ("x", "y", "z"), "axis of the wheel's mesh", repr(axis), "'x', 'y' or 'z'")
+        turned = np.roll(mesh.vertices_m, 1 - "xyz".index(axis), axis=1)
+        shape = replace(mesh, vertices_m=turned, position_m=(0.0, 0.0, 0.0), orientation=(1.0, 0.0, 0.0, 0.0))
+        outer = float(np.hypot(turned[:, 0], turned[:, 2]).max())
+        middle = np.abs(0.5 * (turned.max(axis=0) + turned.min(axis=0))[[0, 2]]).max()
+        found = f"{middle:.4g} m beside the middle of {mesh.source}"
+        require(middle < 0.05 * outer, f"axle of the wheel (axis {axis})", found, "the middle, to 5 % of the radius")
+        radius = outer if radius_m is None else radius_m
+        require(radius <= outer * (1.0 + 1e-9), "radius_m of the wheel", radius, f"at most {outer:.4g}, that of {mesh.source}")
+        return cls(radius_m=radius, width_m=float(np.ptp(turned[:, 1])), mesh=shape)
+
+    @property
+    def outer_radius_m(self) -> float:
+        """Radius of the tips of the grousers."""
+        if self.mesh is not None:
+            return float(np.hypot(self.mesh.vertices_m[:, 0], self.mesh.vertices_m[:, 2]).max())
+        if not self.grousers:
+            return self.radius_m
+        top = self.radius_m + self.grouser_height_m
+        return top / math.cos(math.asin(0.5 * self.grouser_thickness_m / top))  # the tips are flat, see `dem.solids.wheel`
+
+    def surface(self, smallest_m: float, position_m: tuple[float, float, float]) -> Mesh:
+        """The wheel's surface at a place; the rim is a polygon that a grain of the smallest radius does not feel."""
+        if self.mesh is not None:
+            return replace(self.mesh, position_m=position_m)
+        sides = solids.sides_for(self.radius_m, smallest_m)
+        grousers = (self.grousers, self.grouser_height_m, self.grouser_thickness_m)
+        return solids.wheel(self.radius_m, self.width_m, *grousers, sides, position_m=position_m)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WheelTest(Rich):
+    """What is done to the wheel.
+
+    load_n: on the axle, the wheel's weight included; its inertia is load / gravity unless mass_kg is given.
+    held: "travel": speed_m_s is the axle's, the rim's follows from the slip; "rim": speed_m_s is the rim's, the axle's follows from
+    the slip; "free": speed_m_s is the rim's, and the axle travels as it can against drawbar_load_n (no slip is given then).
+    travel_ratio: travel in radii; of a free wheel, travel of the rim. wheel_static_friction: of grains on the wheel; they roll on
+    it as on each other, and do not stick to it.
+    """
+
+    load_n: float
+    slip: float | None = None
+    held: str = "travel"
+    speed_m_s: float = 0.1
+    drawbar_load_n: float = 0.0
+    travel_ratio: float = 2.2
+    wheel_static_friction: float = 0.5
+    mass_kg: float | None = None
+
+    def __post_init__(self):
+        require(self.held in HELD, "held of the wheel", repr(self.held), f"one of {list(HELD)}")
+        for name in ("load_n", "speed_m_s", "travel_ratio"):
+            value = getattr(self, name)
+            require(0.0 < value < math.inf, f"{name} of the wheel", value, "a positive number")
+        require(self.mass_kg is None or 0.0 < self.mass_kg < math.inf, "mass_kg of the wheel", self.mass_kg, "a positive number")
+        mu = self.wheel_static_friction
+        require(0.0 <= mu < math.inf, "wheel_static_friction", mu, "zero or positive")
+        require(math.isfinite(self.drawbar_load_n), "drawbar_load_n", self.drawbar_load_n, "a finite number")
+        if self.held == "free":
+            require(self.slip is None, "slip of the wheel", self.slip, "none where held is 'free'")
+            return
+        require(self.drawbar_load_n == 0.0, "drawbar_load_n", self.drawbar_load_n, "0 unless held is 'free'")
+        sound = self.slip is not None and -1.0 <= self.slip < 1.0 and not (self.held == "rim" and self.slip == -1.0)
+        allowed = "from -1 (locked) to below 1" + (", -1 excluded where the rim's speed is held" if self.held == "rim" else "")
+        require(sound, "slip of the wheel", self.slip, allowed)
+
+    def speeds(self) -> tuple[float, float]:
+        """Speed of the axle and of the rim in m/s; of a free wheel at the beginning."""
+        s = 0.0 if self.slip is None else self.slip
+        ratio = 1.0 / (1.0 - s) if s >= 0.0 else 1.0 + s  # rim over axle
+        return (self.speed_m_s, self.speed_m_s * ratio) if self.held == "travel" else (self.speed_m_s / ratio, self.speed_m_s)
+
+    def duration_s(self, radius_m: float) -> float:
+        """Duration of the travel."""
+        axle, rim = self.speeds()
+        return self.travel_ratio * radius_m / (rim if self.held == "free" else axle)
+
+
+@dataclass(frozen=True)
+class WheelRun(Rich):
+    """Results of a test.
+
+    status: "done"; "not_lowered" if the soil did not carry the wheel in time; "bottomed" if it came too near to the floor.
+    history: columns of `record`; the time is 0 at the beginning of the travel, negative while the wheel is lowered. moments: grains
+    at the beginning, in the middle and at the end of the travel ("lowered", "middle", "end"), and axles (3,): the axle then.
+    momentum_residual_ratio: residual of the momentum balance over load times duration. work_j: done by the motor, by what holds the
+    axle along x ("axle"), by the load, and to give the wheel its speed ("start"). dissipated_j: their sum less the change of
+    kinetic and potential energy; what the contacts' springs hold counts as dissipated.
+    """
+
+    status: str
+    shape: WheelShape
+    test: WheelTest
+    history: dict[str, np.ndarray]
+    moments: dict[str, Grains]
+    axles: dict[str, np.ndarray]
+    warnings: list[str]
+    momentum_residual_ratio: float
+    work_j: dict[str, float]
+    dissipated_j: float
+    max_overlap_ratio: float
+    n_particles: int
+    n_steps: int
+    simulated_time_s: float
+
+
+def wheel_mass_kg(test: WheelTest, simulation: Simulation) -> float:
+    """Inertia of the wheel."""
+    return test.load_n / -simulation.gravity_m_s2[2] if test.mass_kg is None else test.mass_kg
+
+
+def lowering_speed_m_s(shape: WheelShape, simulation: Simulation) -> float:
+    """Largest speed of the wheel while it is lowered."""
+    return LOWERING_RATIO * math.sqrt(-simulation.gravity_m_s2[2] * shape.radius_m)
+
+
+def check(bed: SoilBed, soil: Soil, shape: WheelShape, test: WheelTest) -> list[str]:
+    """Warnings of a test that is coarse, too soft or too fast.
+
+    Raises ValueError, naming the size, if the grains are too large for the wheel or the wheel for the bed.
+    """
+    d, setup, outer = 2.0 * soil.radius_m, bed.setup, shape.outer_radius_m
+    for name, size, (least, _) in (("radius_m", shape.radius_m, RADIUS_DIAMETERS), ("width_m", shape.width_m, WIDTH_DIAMETERS)):
+        found = f"{size:.4g} m, {size / d:.3g} grain diameters"
+        require(size >= least * d * (1.0 - 1e-9), f"{name} of the wheel", found, f"at least {least:g}: smaller grains")
+    for name, size, least in (
+        ("length_m", setup.length_m, LENGTH_RADII * outer),
+        ("width_m", setup.width_m, WIDTH_WIDTHS * shape.width_m),
+        ("depth_m", setup.depth_m, DEPTH_RADII * shape.radius_m),
+    ):
+        require(size >= least * (1.0 - 1e-9), f"{name} of the bed", size, f"at least {least:.4g} for this wheel")
+    travel = test.travel_ratio * shape.radius_m
+    free_m = setup.length_m - RUT_RADII * outer
+    allowed = f"at most {free_m / shape.radius_m:.3g}: the periodic bed would bring the wheel to its own rut"
+    require(travel <= free_m * (1.0 + 1e-9), "travel_ratio of the wheel", test.travel_ratio, allowed)
+    return warn(coarse(soil, shape) + hasty(bed, soil, shape, test))
+
+
+def coarse(soil: Soil, shape: WheelShape) -> list[str]:
+    """Warnings of a wheel that is coarse beside its grains."""
+    d, height = 2.0 * soil.radius_m, shape.grouser_height_m
+    sizes = [("radius", shape.radius_m, RADIUS_DIAMETERS[1]), ("width", shape.width_m, WIDTH_DIAMETERS[1])]
+    sizes += [("height of the grousers", height, GROUSER_DIAMETERS)] if shape.grousers else []
+    return [
+        f"{name} of the wheel is {size / d:.3g} grain diameters; results depend on the grain size below {least:g}"
+        for name, size, least in sizes
+        if size < least * d * (1.0 - 1e-9)
+    ]
+
+
+def hasty(bed: SoilBed, soil: Soil, shape: WheelShape, test: WheelTest) -> list[str]:
+    """Warnings of grains that are too soft for the load, and of a test that is too fast to be quasi-static."""
+    material, g = bed.simulation.materials[TOOL_MATERIAL], -bed.simulation.gravity_m_s2[2]
+    pressure = test.load_n / (1.2 * shape.radius_m * shape.width_m)
+    axle, rim = test.speeds()
+    numbers = (
+        ("stiffness E*/p", -material.shear_modulus_pa / (1.0 - material.poisson_ratio) / pressure, -STIFFNESS_NUMBER, "softness"),
+        ("inertial number", abs(rim - axle) / SHEAR_DIAMETERS * math.sqrt(soil.density_kg_m3 / pressure), INERTIAL_NUMBER, "speed"),
+        ("v^2/(g R)", axle**2 / (g * shape.radius_m), FROUDE, "speed"),
+    )
+    return [
+        f"{name} under the wheel is {abs(value):.3g}; results depend on the {why} {'above' if most > 0 else 'below'} {abs(most):g}"
+        for name, value, most, why in numbers
+        if value > most * (1.0 + 1e-9)
+    ]
+
+
+def touching_height_m(grains: Grains, bed: SoilBed, shape: WheelShape, x_m: float, y_m: float) -> float:
+    """Height of the axle at which the wheel's outer cylinder first touches a grain."""
+    period = np.array([bed.setup.length_m, bed.setup.width_m])
+    apart = grains.positions_m[:, :2] - (x_m, y_m)
+    apart -= period * np.round(apart / period)
+    reach = shape.outer_radius_m + grains.radii_m
+    under = (np.abs(apart[:, 0]) < reach) & (np.abs(apart[:, 1]) < 0.5 * shape.width_m + grains.radii_m)
+    heights = grains.positions_m[:, 2] + np.sqrt(np.maximum(reach**2 - apart[:, 0] ** 2, 0.0))
+    return float(heights[under].max(initial=shape.outer_radius_m))
+
+
+def start(bed: SoilBed, soil: Soil, shape: WheelShape, test: WheelTest, threads: int = 1) -> State:
+    """The test at its beginning: a copy of the bed, and the wheel above it, about to be lowered."""
+    warnings, simulation = check(bed, soil, shape, test), bed.copy(threads)
+    contact = soil.interaction(test.wheel_static_friction)
+    simulation.set_interaction("soil", TOOL_MATERIAL, contact)
+    x, y = 0.5 * (bed.setup.length_m - test.travel_ratio * shape.radius_m), 0.5 * bed.setup.width_m
+    z = touching_height_m(simulation.grains, bed, shape, x, y) + 0.01 * soil.radius_m
+    slowest = lowering_speed_m_s(shape, simulation)
+    drive = load_drive(test, simulation, damping_kg_s=test.load_n / slowest)
+    surface = shape.surface(soil.smallest_sphere_m, (x, y, z))
+    body = Body(name="wheel", material=TOOL_MATERIAL, shape=surface, motion=Motion(drives=(drive,)))
+    simulation.add_wall(body)
+    limit = steps_in(LOWERING_RADII * shape.radius_m / slowest, simulation)
+    state = State(simulation, "lower", simulation.n_steps + limit)
+    state.notes |= {
+        "warnings": warnings,
+        "samples": [],
+        "max_overlap_ratio": 0.0,
+        "begun_s": simulation.time_s,
+        "begun_step": simulation.n_steps,
+        "booked_step": simulation.n_steps,
+        "axle": [x, y, z],
+        "wheel_impulse": [0.0, 0.0, 0.0],
+        "floor_impulse": [0.0, 0.0, 0.0],
+        "damper_impulse": 0.0,
+        "work_j": {"motor": 0.0, "axle": 0.0, "load": 0.0},
+        "before": contents_of(content(simulation, soil, bed.glued)),
+    }
+    return state
+
+
+def contents_of(values: Content) -> dict:
+    """A content as plain values."""
+    return values._asdict() | {"momentum": values.momentum.tolist()}
+
+
+def load_drive(test: WheelTest, simulation: Simulation, damping_kg_s: float = 0.0) -> Drive:
+    """The load on the axle."""
+    mass = wheel_mass_kg(test, simulation)
+    return Drive(axis=2, applied_force_n=-test.load_n, mass_kg=mass, damping_kg_s=damping_kg_s)
+
+
+def record(state: State, bed: SoilBed, shape: WheelShape, test: WheelTest) -> dict[str, float]:
+    """Book what acted since the last look, and return a sample: forces are means over that time."""
+    simulation, notes = state.simulation, state.notes
+    duration = (simulation.n_steps - notes["booked_step"]) * simulation.time_step_s
+    now, last = simulation.wall("wheel"), np.asarray(notes["axle"])
+    axle, rate = np.asarray(now.pivot), now.angular_velocity_rad_s[1]
+    force, floor = simulation.mean_wall_forces_n["wheel"], simulation.mean_wall_forces_n["floor"]
+    torque = -float(simulation.mean_wall_torques_n_m["wheel"][1])
+    step = axle - last
+    notes["wheel_impulse"] = (np.asarray(notes["wheel_impulse"]) + force * duration).tolist()
+    notes["floor_impulse"] = (np.asarray(notes["floor_impulse"]) + floor * duration).tolist()
+    if state.stage == "lower":
+        notes["damper_impulse"] -= float(test.load_n / lowering_speed_m_s(shape, simulation) * step[2])
+    along = -test.drawbar_load_n if test.held == "free" and state.stage == "travel" else -float(force[0])
+    for name, work in (("motor", torque * rate * duration), ("axle", along * step[0]), ("load", -test.load_n * step[2])):
+        notes["work_j"][name] += float(work)
+    notes["axle"], notes["booked_step"] = axle.tolist(), simulation.n_steps
+    overlap = float(simulation.largest_overlap_ratio())
+    notes["max_overlap_ratio"] = max(notes["max_overlap_ratio"], overlap)
+    return {
+        "time_s": simulation.time_s - notes["begun_s"],
+        "x_m": float(axle[0]),
+        "sinkage_m": float(bed.level_m - axle[2] + shape.radius_m),
+        "drawbar_pull_n": float(force[0]),
+        "side_force_n": float(force[1]),
+        "vertical_force_n": float(force[2]),
+        "torque_n_m": torque,
+        "rim_rate_rad_s": float(rate),
+        "speed_m_s": float(step[0] / duration),
+        "vertical_speed_m_s": float(step[2] / duration),
+        "load_n": test.load_n,
+        "kinetic_energy_j": simulation.kinetic_energy_j,
+        "overlap_ratio": overlap,
+    }
+
+
+def travel(state: State, shape: WheelShape, test: WheelTest) -> None:
+    """Take the damper away and let the wheel travel from now on."""
+    simulation, (axle, rim) = state.simulation, test.speeds()
+    note_moment(state, "lowered")
+    drives = [load_drive(test, simulation)]
+    if test.held == "free":
+        drives += [Drive(axis=0, applied_force_n=-test.drawbar_load_n, mass_kg=wheel_mass_kg(test, simulation))]
+    simulation.move_wall("wheel", (axle, 0.0, simulation.wall("wheel").velocity_m_s[2]))
+    simulation.drive_wall("wheel", *drives)
+    simulation.turn_wall("wheel", (0.0, rim / shape.radius_m, 0.0))
+    every, steps = sample_steps(shape, test, simulation), steps_in(test.duration_s(shape.radius_m), simulation)
+    state.notes |= {"travel_s": simulation.time_s, "half_step": simulation.n_steps + math.ceil(0.5 * steps / every) * every}
+    state.begin("travel", steps)
+
+
+def sample_steps(shape: WheelShape, test: WheelTest, simulation: Simulation) -> int:
+    """Steps between two samples of the travel, of which there are N_SAMPLES or fewer."""
+    return max(1, steps_in(test.duration_s(shape.radius_m) / N_SAMPLES, simulation))
+
+
+def note_moment(state: State, name: str) -> None:
+    """Remember the grains, and where the axle is."""
+    state.note_grains(name, state.simulation.grains)
+    state.notes[f"{name}.axle"] = np.asarray(state.simulation.wall("wheel").pivot)
+
+
+def drive(
+    bed: SoilBed,
+    soil: Soil,
+    shape: WheelShape,
+    test: WheelTest,
+    each: Callable[[Simulation, str], None] | None = None,
+    *,
+    state: State | None = None,
+    keep: Callable[[State], None] | None = None,
+    threads: int = 1,
+) -> WheelRun:
+    """Lower a wheel on a copy of a bed and drive it; or finish a test that was interrupted in a state, with the same bytes.
+
+    `each(simulation, stage)` is called at every look, then `keep(state)`, which may save the state (or raise, to stop). Results do
+    not depend on the number of threads.
+
+    Raises
+    ------
+    ValueError : grains too large for the wheel, or the wheel for the bed (`check`).
+    dem.SimulationError : the run blew up, or grains fell through the floor.
+    """
+    state = start(bed, soil, shape, test, threads) if state is None else state
+
+    def look(ended):
+        def call(current: State) -> bool:
+            simulation, sample = current.simulation, record(current, bed, shape, test)
+            current.notes["samples"] += [sample]
+            if each is not None:
+                each(simulation, current.stage)
+            if simulation.n_left:
+                raise SimulationError(f"{simulation.n_left // soil.n_spheres} grains fell through the floor of the bed")
+            return ended(current, sample)
+
+        return call
+
+    def carried(current: State, sample: dict[str, float]) -> bool:
+        slow = CARRIED_RATIO * lowering_speed_m_s(shape, current.simulation)
+        return sample["vertical_force_n"] > 0.5 * test.load_n and abs(sample["vertical_speed_m_s"]) < slow
+
+    def near_floor(current: State, _: dict[str, float]) -> bool:
+        if current.simulation.n_steps == current.notes["half_step"]:
+            note_moment(current, "middle")
+        return current.notes["axle"][2] - shape.outer_radius_m < FLOOR_DIAMETERS * 2.0 * soil.radius_m
+
+    status = "not_lowered"
+    if state.stage == "lower" and state.go_on(look(carried), keep):
+        travel(state, shape, test)
+    if state.stage == "travel":
+        stopped = state.go_on(look(near_floor), keep, sample_steps(shape, test, state.simulation))
+        status = "bottomed" if stopped else "done"
+    note_moment(state, "end")
+    return result(state, bed, soil, shape, test, status)
+
+
+def unbalanced(state: State, before: Content, after: Content, test: WheelTest) -> float:
+    """Residual of the momentum of grains and wheel, over load times duration: of the grains (3), and of the wheel along z."""
+    simulation, notes = state.simulation, state.notes
+    duration = simulation.time_s - notes["begun_s"]
+    impulses = [notes["wheel_impulse"], notes["floor_impulse"]]
+    of_grains = momentum_residual(before, after, simulation.gravity_m_s2, duration, impulses)
+    pushed = notes["wheel_impulse"][2] + notes["damper_impulse"] - test.load_n * duration
+    of_wheel = wheel_mass_kg(test, simulation) * simulation.wall("wheel").velocity_m_s[2] - pushed
+    return math.hypot(*of_grains, of_wheel) / (test.load_n * duration)
+
+
+def result(state: State, bed: SoilBed, soil: Soil, shape: WheelShape, test: WheelTest, status: str) -> WheelRun:
+    """The results of a test that has ended."""
+    simulation, notes = state.simulation, state.notes
+    before = Content(**notes["before"] | {"momentum": np.asarray(notes["before"]["momentum"])})
+    after = content(simulation, soil, bed.glued)
+    history = {name: np.array([sample[name] for sample in notes["samples"]]) for name in notes["samples"][0]}
+    history["time_s"] = history["time_s"] - (notes.get("travel_s", simulation.time_s) - notes["begun_s"])
+    names = [name for name in ("lowered", "middle", "end") if f"{name}.axle" in notes]
+    mass, velocity = wheel_mass_kg(test, simulation), np.asarray(simulation.wall("wheel").velocity_m_s)
+    kinetic = after.kinetic_j - before.kinetic_j + 0.5 * mass * float((velocity**2).sum())
+    work = notes["work_j"] | {"start": 0.5 * mass * test.speeds()[0] ** 2 if "travel_s" in notes else 0.0}
+    return WheelRun(
+        status=status,
+        shape=shape,
+        test=test,
+        history=history,
+        moments={name: state.noted_grains(name) for name in names},
+        axles={name: np.asarray(notes[f"{name}.axle"]) for name in names},
+        warnings=list(notes["warnings"]),
+        momentum_residual_ratio=unbalanced(state, before, after, test),
+        work_j=work,
+        dissipated_j=sum(work.values()) - kinetic - (after.potential_j - before.potential_j),
+        max_overlap_ratio=notes["max_overlap_ratio"],
+        n_particles=bed.n_particles,
+        n_steps=simulation.n_steps - notes["begun_step"],
+        simulated_time_s=simulation.time_s - notes["begun_s"],
+    )
