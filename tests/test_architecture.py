@@ -21,6 +21,7 @@ MAY_IMPORT = {
     "virtual_soil.verification": {"dem"},
     "virtual_soil.bulk": {"dem", "virtual_soil.verification"},
     "virtual_soil.campaign": {"dem", "virtual_soil.calibration", "virtual_soil.exports"},
+    "virtual_soil.wheel": {"dem", "virtual_soil.calibration", "virtual_soil.campaign", "virtual_soil.verification"},
     "virtual_soil.report": {"dem", "virtual_soil.calibration", "virtual_soil.exports", "virtual_soil.campaign"},
 }
 #: Modules below all packages.
@@ -31,6 +32,7 @@ FORBIDDEN = {
     "virtual_soil.calibration": {"numba", "snakemake"},
     "virtual_soil.exports": {"numba", "snakemake"},
     "virtual_soil.campaign": {"numba"},
+    "virtual_soil.wheel": {"numba", "snakemake"},
     "virtual_soil.report": {"numba"},
 }
 

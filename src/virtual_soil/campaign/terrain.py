@@ -1,0 +1,127 @@
+"""Settings of wheel, plate and cone on a calibrated soil (targets `wheel`, `plate`, `cone`); no calibration depends on them."""
+
+from dataclasses import dataclass
+
+from dem.experiments.wheel import HELD
+from dem.meshes.files import UNITS
+from virtual_soil.campaign.experiments.apparatus import GRAVITY
+from virtual_soil.campaign.settings import choice, section, setting
+
+
+@dataclass(frozen=True, kw_only=True)
+class Grousers:
+    """Straight grousers on the rim."""
+
+    count: int = setting("number of grousers; 0: a smooth wheel", 0, minimum=0, maximum=1000)
+    height_m: float = setting("height above the rim", 0.005, above=0, usual=(1e-4, 0.2))
+    thickness_m: float = setting("thickness along the rim", 0.002, above=0, usual=(1e-4, 0.1))
+
+
+@dataclass(frozen=True, kw_only=True)
+class WheelShape:
+    """The wheel, its axle across the bed."""
+
+    radius_m: float = setting("radius of the rim, to which slip and sinkage refer", 0.058, above=0, usual=(1e-3, 2.0))
+    width_m: float = setting("width of the rim", 0.050, above=0, usual=(1e-3, 2.0))
+    grousers: Grousers = section(Grousers)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WheelMesh:
+    """The wheel as a mesh, in place of the parametric one; its width and radius must be those of wheel.shape."""
+
+    file: str | None = setting("STL, OBJ, PLY or STEP file of the wheel; null: the parametric wheel", None)
+    unit: str = choice("unit of the file's coordinates", "mm", UNITS)
+    axis: str = choice("axle of the wheel in the file, through its origin", "y", ("x", "y", "z"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SoilBed:
+    """The bed, periodic along and across the travel; prepared once per case and seed, for wheel, plates and cone."""
+
+    length_ratio: float = setting("length over the wheel's radius", 5.5, above=0, maximum=100)
+    width_ratio: float = setting("width over the wheel's width", 3.4, above=0, maximum=100)
+    depth_ratio: float = setting("nominal depth over the wheel's radius", 1.8, above=0, maximum=100)
+    preparation_friction_ratio: float = setting(
+        "factor on the grains' frictions while they settle: below 1 a denser bed, above a looser one", 1.0, minimum=0, maximum=10
+    )
+    prepared_with_adhesion: bool = setting("grains stick while they settle, too", False)
+    seeds: list[int] = setting("seeds of the beds of every case", [1, 2], minimum=0, of={"minItems": 1, "uniqueItems": True})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wheel:
+    """A wheel on the calibrated soil (targets `wheel`, `plate`, `cone`): bed and wheel. Not part of `all`."""
+
+    cases: list[str] = setting(
+        "cases of optimise.cases whose optimum the wheel runs on; empty: all of them",
+        [],
+        of={"uniqueItems": True, "items": {"type": "string"}},
+    )
+    shape: WheelShape = section(WheelShape)
+    mesh: WheelMesh = section(WheelMesh)
+    load_n: float = setting("load on the axle, the wheel's weight included", 24.5, above=0, usual=(1e-3, 1e5))
+    mass_kg: float | None = setting("inertia along the vertical; null: load over gravity", None, above=0, usual=(1e-4, 1e4))
+    gravity_m_s2: float | None = setting(
+        "gravity of bed and tools: a number, or earth, moon, mars; null: engine.gravity_m_s2", None, of=GRAVITY
+    )
+    slips: list[float] = setting(
+        "slips, one run each on every bed: -1 locked, 0 rolling, towards 1 spinning on the spot",
+        [-0.2, 0.0, 0.1, 0.23, 0.5, 0.75],
+        minimum=-1,
+        below=1,
+        of={"minItems": 1, "uniqueItems": True},
+    )
+    held: str = choice(
+        "travel: the axle's speed, the rim's follows from the slip; rim: the other way round; free: the rim's speed, and the axle "
+        "travels against drawbar_load_n (slips are not used)",
+        "travel",
+        HELD,
+    )
+    drawbar_load_n: float = setting("load that a free wheel pulls; 0 unless held is free", 0.0, usual=(-1e5, 1e5))
+    speed_m_s: float = setting("speed that is held", 0.1, above=0, usual=(1e-4, 2.0))
+    travel_ratio: float = setting("travel over the wheel's radius; means are taken over its last 40 %", 2.2, above=0, maximum=100)
+    grains_per_radius: float = setting(
+        "wheel's radius over the mean grain diameter",
+        14.5,
+        minimum=5,
+        maximum=200,
+        note="Calibrated grains are mostly too small to fill a bed: frictions and adhesive stress are theirs, the radius is not.",
+    )
+    bed: SoilBed = section(SoilBed)
+    wheel_static_friction: float = setting("coefficient of static friction between grains and wheel", 0.5, minimum=0, maximum=3)
+    shear_modulus_pa: float | None = setting(
+        "shear modulus of the grains under the tools, softer than the solid's; null: the soil's own",
+        2e7,
+        above=0,
+        usual=(1e4, 1e12),
+        note="E* should be 2000 times the mean pressure load / (1.2 radius width); the log warns below.",
+    )
+    time_step_rayleigh_ratio: float = setting("time step over the Rayleigh time of the smallest grain", 0.35, above=0, maximum=0.8)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plate:
+    """Round plates pressed into the beds of wheel.bed (target `plate`)."""
+
+    diameters_m: list[float] = setting(
+        "diameters, one test each on every bed; empty: no plates",
+        [0.06, 0.08, 0.10],
+        above=0,
+        usual=(1e-3, 2.0),
+        of={"uniqueItems": True},
+    )
+    depth_m: float = setting("sinkage below the bed's surface at which the test ends", 0.025, above=0, usual=(1e-4, 1.0))
+    speed_m_s: float = setting("speed of the plate", 0.03, above=0, usual=(1e-4, 1.0))
+    static_friction: float = setting("coefficient of static friction between grains and plate", 0.5, minimum=0, maximum=3)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cone:
+    """A cone pushed into the beds of wheel.bed (target `cone`)."""
+
+    base_area_m2: float | None = setting("area of the base; null: no cone", 323e-6, above=0, usual=(1e-6, 0.1))
+    angle_deg: float = setting("angle at the tip, between opposite flanks", 60.0, minimum=10, maximum=150)
+    depth_m: float = setting("depth of the base below the bed's surface at which the test ends", 0.05, above=0, usual=(1e-4, 2.0))
+    speed_m_s: float = setting("speed of the cone", 0.03, above=0, usual=(1e-4, 1.0))
+    static_friction: float = setting("coefficient of static friction between grains and cone", 0.5, minimum=0, maximum=3)

@@ -1,0 +1,83 @@
+"""Figures of wheel, plates and cone, drawn only from their tables and histories."""
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+#: Colours of the cases that colour-blind readers can distinguish (Okabe & Ito).
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+MARKERS = "os^vDP"
+DPI = 90
+#: Column, its error and factor, and what stands at the axis.
+AGAINST_SLIP = (
+    ("drawbar_ratio", "drawbar_ratio_error", 1.0, "drawbar pull over load"),
+    ("traction_coefficient", "traction_coefficient_error", 1.0, "torque over load and radius"),
+    ("sinkage_m", "sinkage_error_m", 1e3, "sinkage (mm)"),
+)
+
+
+def style(case: str, cases: list[str], seed_number: int) -> dict:
+    """Colour of a case and marker of a bed."""
+    colour = COLOURS[cases.index(case) % len(COLOURS)]
+    return {"color": colour, "marker": MARKERS[seed_number % len(MARKERS)], "markersize": 5}
+
+
+def against_slip(table: pd.DataFrame) -> Figure:
+    """Plot pull, torque and sinkage against slip, a point with its standard error for each run, and the beds' mean as a line."""
+    figure = Figure(figsize=(11.0, 3.6), layout="constrained")
+    done = table[table["status"] == "done"]
+    cases = list(dict.fromkeys(table["case"]))
+    for axes, (column, error, factor, label) in zip(figure.subplots(1, len(AGAINST_SLIP)), AGAINST_SLIP, strict=True):
+        for case in cases:
+            rows = done[done["case"] == case]
+            for number, (seed, bed) in enumerate(rows.groupby("seed")):
+                errors = factor * bed[error]
+                points = {"linestyle": "", "capsize": 2, "label": f"{case}, bed {seed}"} | style(case, cases, number)
+                axes.errorbar(bed["slip"], factor * bed[column], errors, **points)
+            if rows["asked_slip"].notna().any():
+                means = rows.groupby("asked_slip")[column].mean()
+                axes.plot(means.index, factor * means, color=style(case, cases, 0)["color"], linewidth=0.9)
+        axes.axhline(0.0, color="0.7", linewidth=0.7)
+        axes.set_xlabel("slip")
+        axes.set_ylabel(label)
+    figure.axes[0].legend(fontsize="small")
+    return figure
+
+
+def over_time(runs: pd.DataFrame, histories: list[pd.DataFrame]) -> Figure:
+    """Plot drawbar pull and sinkage over time, a line for each run of the first bed of each case; runs, histories : one by one."""
+    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    first = runs.groupby("case")["seed"].transform("first")
+    for number, (run, history) in enumerate(zip(runs.to_dict("records"), histories, strict=True)):
+        if run["seed"] != first.iloc[number] or history.empty:
+            continue
+        label = f"{run['case']}, " + ("free" if pd.isna(run["asked_slip"]) else f"s = {run['asked_slip']:g}")
+        left.plot(history["time_s"], history["drawbar_pull_n"], linewidth=0.8, label=label)
+        right.plot(history["time_s"], 1e3 * history["sinkage_m"], linewidth=0.8, label=label)
+    for axes, title in ((left, "drawbar pull (N)"), (right, "sinkage (mm)")):
+        axes.axvline(0.0, color="0.7", linewidth=0.7)
+        axes.set_xlabel("time since the travel began (s)")
+        axes.set_ylabel(title)
+    right.legend(fontsize="x-small")
+    return figure
+
+
+def pressed(runs: pd.DataFrame, histories: list[pd.DataFrame], what: str) -> Figure:
+    """Plot pressure against depth, a line for each test; what : the tool."""
+    figure = Figure(figsize=(5.5, 3.8), layout="constrained")
+    axes = figure.subplots()
+    cases, sizes = list(dict.fromkeys(runs["case"])), sorted(set(runs["diameter_m"]))
+    for run, history in zip(runs.to_dict("records"), histories, strict=True):
+        below = history[history["depth_m"] >= 0.0]
+        line = {"color": style(run["case"], cases, 0)["color"], "linewidth": 0.7 + 0.5 * sizes.index(run["diameter_m"])}
+        label = f"{run['case']}, {1e3 * run['diameter_m']:.3g} mm"
+        known = axes.get_legend_handles_labels()[1]
+        axes.plot(1e3 * below["depth_m"], 1e-3 * below["pressure_pa"], label=None if label in known else label, **line)
+    axes.set_xlabel(f"depth of the {what} (mm)")
+    axes.set_ylabel("pressure (kPa)")
+    axes.legend(fontsize="small")
+    return figure

@@ -1,0 +1,161 @@
+"""The page of wheel, plates and cone, written from their tables; its first line says whether the soil's answer is confirmed."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from virtual_soil.campaign.files import write_text, writing
+from virtual_soil.verification.page import markdown
+from virtual_soil.wheel import figures
+from virtual_soil.wheel.soil import is_confirmed
+
+#: Runs whose balance of momentum is worse than this are named.
+LARGEST_RESIDUAL = 1e-5
+
+
+@dataclass(frozen=True)
+class Results:
+    """Tables by tool ("wheel", "plate", "cone"; those that were run), runs and histories one by one.
+
+    verdicts : case -> prediction and match of its answer.
+    """
+
+    verdicts: dict[str, list[str]]
+    tables: dict[str, pd.DataFrame]
+    runs: dict[str, pd.DataFrame]
+    histories: dict[str, list[pd.DataFrame]] = field(default_factory=dict)
+
+
+def write_page(results: Results, page: Path, folder: Path) -> None:
+    """Write the page (Markdown) and its figures into a folder next to or below the page's."""
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    parts = [first_line(results.verdicts), "# Wheel, plates and cone on the calibrated soil", assumptions(results.tables["wheel"])]
+    parts += wheel_section(results, page, folder)
+    for tool, section in (("plate", plate_table), ("cone", cone_table)):
+        if tool in results.tables:
+            drawn = figures.pressed(results.runs[tool], results.histories[tool], tool)
+            parts += [f"## {tool.capitalize()}", linked(drawn, tool, page, folder), section(results.tables[tool])]
+    write_text(page, "\n\n".join(part.strip() for part in parts) + "\n")
+
+
+def linked(figure: Figure, name: str, page: Path, folder: Path) -> str:
+    """Save a figure; returns the link to it."""
+    with writing(folder / f"{name}.png"):
+        figure.savefig(folder / f"{name}.png", dpi=figures.DPI, metadata={"Software": None})
+    return f"![{name}]({(folder / f'{name}.png').relative_to(page.parent).as_posix()})"
+
+
+def first_line(verdicts: dict[str, list[str]]) -> str:
+    """Whether the answers that the tools ran on are confirmed."""
+    said = {case: f"prediction {prediction}, match {match}" for case, (prediction, match) in verdicts.items()}
+    doubtful = [case for case, found in verdicts.items() if not is_confirmed(found)]
+    if not doubtful:
+        return f"The soil's answer is confirmed by simulation and matches its targets: {', '.join(verdicts)}."
+    return "**The soil's answer is not confirmed**: " + "; ".join(f"{case}: {said[case]}" for case in doubtful) + "."
+
+
+def assumptions(table: pd.DataFrame) -> str:
+    """What the results depend on besides the soil."""
+    row = table.iloc[0]
+    size = f"radius {1e3 * row['radius_m']:.4g} mm and width {1e3 * row['width_m']:.4g} mm"
+    low, high = table["solid_fraction"].min(), table["solid_fraction"].max()
+    text = (
+        f"Wheel of {size} under {row['applied_load_n']:.4g} N; grains of mean radius {1e3 * row['grain_radius_m']:.3g} mm with "
+        "the frictions of the calibrated ones; friction of grains on the wheel "
+        f"{row['wheel_static_friction']:g}, which nobody measured; solid fraction of the beds {low:.3f} to {high:.3f}. Forces are "
+        "those of the soil on the wheel. Each ± is the standard error of one run's means over the last 40 % of its travel: neither "
+        "the scatter of beds, which their points show, nor the calibration's uncertainty, nor that of grain size and speed."
+    )
+    warned = sorted({warning for found in table["warnings"] for warning in found.split("; ") if warning})
+    return "\n".join([text, "", *(f"- {warning}" for warning in warned)])
+
+
+def wheel_section(results: Results, page: Path, folder: Path) -> list[str]:
+    """Figures and table of the wheel."""
+    table = results.tables["wheel"]
+    parts = ["## Wheel", linked(figures.against_slip(table), "wheel", page, folder)]
+    parts += [linked(figures.over_time(results.runs["wheel"], results.histories["wheel"]), "wheel_over_time", page, folder)]
+    return [*parts, wheel_table(table), remarks(table)]
+
+
+def pair(row, name: str, error: str, digits: int, factor: float = 1.0) -> str:
+    """A value with its standard error."""
+    if pd.isna(row[name]):
+        return "–"
+    return f"{factor * row[name]:.{digits}f} ± {factor * row[error]:.{digits}f}"
+
+
+def wheel_table(table: pd.DataFrame) -> str:
+    """One line per run."""
+    head = (
+        *("case", "bed", "slip", "status", "F_DP (N)", "F_DP/W", "T (N m)", "T/(W R)", "sinkage (mm)", "load carried (N)"),
+        *("efficiency", "largest overlap"),
+    )
+    rows = []
+    for row in table.to_dict("records"):
+        pulls = row["drawbar_pull_n"] > 0.0 and row["torque_n_m"] > 0.0
+        rows.append(
+            (
+                *(row["case"], row["seed"], "free" if pd.isna(row["asked_slip"]) else f"{row['asked_slip']:g}", row["status"]),
+                pair(row, "drawbar_pull_n", "drawbar_pull_error_n", 2),
+                pair(row, "drawbar_ratio", "drawbar_ratio_error", 3),
+                pair(row, "torque_n_m", "torque_error_n_m", 4),
+                pair(row, "traction_coefficient", "traction_coefficient_error", 3),
+                pair(row, "sinkage_m", "sinkage_error_m", 2, 1e3),
+                pair(row, "load_n", "load_error_n", 2),
+                pair(row, "efficiency", "efficiency_error", 3) if pulls else "–",
+                f"{100 * row['max_overlap_ratio']:.1f} %",
+            )
+        )
+    return markdown(head, rows)
+
+
+def remarks(table: pd.DataFrame) -> str:
+    """Runs that were not done, are not steady, or do not balance."""
+    lines = []
+    for row in table.to_dict("records"):
+        where = f"{row['case']}, bed {row['seed']}, slip " + ("free" if pd.isna(row["asked_slip"]) else f"{row['asked_slip']:g}")
+        if row["status"] != "done":
+            lines.append(f"- {where}: {row['status']}" + (f" ({row['reason']})" if row["reason"] else ""))
+            continue
+        if abs(row["sinkage_drift_m"]) > 5.0 * row["sinkage_error_m"]:
+            lines.append(f"- {where}: not steady, the wheel still sank by {1e3 * row['sinkage_drift_m']:.2f} mm over the stretch")
+        if row["momentum_residual_ratio"] > LARGEST_RESIDUAL:
+            lines.append(f"- {where}: the momentum misses {row['momentum_residual_ratio']:.1e} of load times duration")
+        if row["power_balance_w"] < -2.0 * row["power_balance_error_w"]:
+            lines.append(f"- {where}: the wheel pulls with more power than its motor gives ({row['power_balance_w']:.3g} W)")
+    return "\n".join(lines) or "All runs are done, steady, and balance."
+
+
+def plate_table(table: pd.DataFrame) -> str:
+    """One line per plate: pressures, law; and Bekker's moduli per bed."""
+    sinkages = sorted(set(table["sinkage_m"]))
+    head = ("case", "bed", "plate (mm)", *(f"kPa at {1e3 * z:.3g} mm" for z in sinkages), "k (Pa/mⁿ)", "n")
+    rows = []
+    for (case, seed, diameter), group in table.groupby(["case", "seed", "diameter_m"]):
+        at = [f"{pressure / 1e3:.2f}" if pd.notna(pressure) else "–" for pressure in group.sort_values("sinkage_m")["pressure_pa"]]
+        law = group.iloc[0]
+        rows.append((case, seed, f"{1e3 * diameter:.3g}", *at, f"{law['k_pa_m_n']:.3g}", f"{law['n']:.2f}"))
+    beds = table.drop_duplicates(["case", "seed"]).dropna(subset=["bekker_n"])
+    moduli = [
+        f"- {row['case']}, bed {row['seed']}: n = {row['bekker_n']:.2f}, k_c = {row['bekker_k_c']:.3g}, "
+        f"k_phi = {row['bekker_k_phi']:.3g} (SI, with n)"
+        for row in beds.to_dict("records")
+    ]
+    return "\n".join([markdown(head, rows), *(["Bekker's moduli:", "", *moduli] if moduli else [])])
+
+
+def cone_table(table: pd.DataFrame) -> str:
+    """One line per bed."""
+    head = ("case", "bed", "gradient between 10 and 30 % of the depth (kPa/mm)", "resistance (kPa)", "at (mm)")
+    rows = [
+        (
+            *(row["case"], row["seed"], pair(row, "gradient_pa_m", "gradient_error_pa_m", 3, 1e-6)),
+            *(pair(row, "resistance_pa", "resistance_error_pa", 2, 1e-3), f"{1e3 * row['resistance_depth_m']:.3g}"),
+        )
+        for row in table.to_dict("records")
+    ]
+    return markdown(head, rows)

@@ -1,0 +1,102 @@
+"""The targets `wheel`, `plate`, `cone`: what they plan, what they refuse, and a toy wheel from a calibration to its tables."""
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import yaml
+
+from virtual_soil.campaign.tables import load_schema, read_table, write_table
+
+ROOT = Path(__file__).parents[2]
+TOY = {
+    "study": "toy",
+    "material": {"radius_sd_ratio": 0.05, "density_kg_m3": 2500.0},
+    "wheel": {
+        "cases": ["sand"],
+        "shape": {"radius_m": 0.010, "width_m": 0.008},
+        "load_n": 0.1,
+        "slips": [0.5],
+        "speed_m_s": 0.05,
+        "travel_ratio": 1.2,
+        "grains_per_radius": 5.0,
+        "bed": {"length_ratio": 4.7, "width_ratio": 2.5, "depth_ratio": 1.5, "seeds": [1]},
+        "shear_modulus_pa": 1e6,
+    },
+    "plate": {"diameters_m": [0.008], "depth_m": 0.004, "speed_m_s": 0.1},
+    "cone": {"base_area_m2": 30e-6, "angle_deg": 120.0, "depth_m": 0.003, "speed_m_s": 0.1},
+}
+
+
+def calibration(path: Path, cases=("sand",), **changes):
+    """A made-up table of a finished calibration."""
+    values = {"case": list(cases), "soil": "silica_barco_sand", "surrogate": "ours", "radius_m": 5e-5, "static_friction": 0.6}
+    values |= {"rolling_friction": 0.12, "status": "converged", "missed": "", "extrapolated": "", "iterations": 3}
+    values |= {"prediction": "confirmed", "match": "matches"} | changes
+    columns = {name: rule for name, rule in load_schema("calibration").items() if not rule.get("optional")}
+    table = pd.DataFrame({name: values.get(name, 0.5 if rule["type"] == "number" else "") for name, rule in columns.items()})
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_table(table, str(path), "calibration", {})
+
+
+def snakemake(folder: Path, *arguments: str, **changes) -> subprocess.CompletedProcess:
+    """Run a target on the toy study; changes : section=dict of keys."""
+    config = {name: {**value, **changes.get(name, {})} if isinstance(value, dict) else value for name, value in TOY.items()}
+    (folder / "toy.yaml").write_text(yaml.safe_dump(config))
+    files = ("--snakefile", str(ROOT / "Snakefile"), "--configfile", str(ROOT / "config/smoke.yaml"), "toy.yaml")
+    command = [sys.executable, "-m", "snakemake", *arguments, *files]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
+def planned(text: str) -> dict[str, int]:
+    """Rule -> number of jobs in what a dry run prints."""
+    lines = [line.split() for line in text.split("Job stats:")[1].split("total")[0].splitlines()]
+    return {line[0]: int(line[1]) for line in lines if len(line) == 2 and line[1].isdigit()}
+
+
+def test_the_target_plans_a_bed_for_every_case_and_seed_and_a_run_for_every_slip(tmp_path):
+    calibration(tmp_path / "results/toy/calibration.parquet", ("sand", "regolith"))
+    bed = TOY["wheel"]["bed"] | {"seeds": [1, 2, 3]}
+    result = snakemake(tmp_path, "-n", "wheel", wheel={"cases": ["sand", "regolith"], "slips": [0.5, -0.2], "bed": bed})
+    assert result.returncode == 0, result.stderr
+    jobs = planned(result.stdout + result.stderr)
+    expected = {"prepare_bed": 6, "drive_wheel": 12, "press_plate": 6, "push_cone": 6, "wheel_report": 1}
+    assert {name: jobs.get(name) for name in expected} == expected
+    assert not {"simulate", "conclude", "calibrate"} & set(jobs)
+
+
+def test_a_study_without_a_calibration_is_told_what_to_run(tmp_path):
+    result = snakemake(tmp_path, "-n", "wheel")
+    assert result.returncode != 0
+    assert "calibration of case sand is missing (results/toy/calibration.parquet)" in result.stdout + result.stderr
+
+
+def test_a_toy_wheel_runs_from_the_calibration_to_its_tables(tmp_path):
+    calibration(tmp_path / "results/toy/calibration.parquet")
+    result = snakemake(tmp_path, "-c1", "wheel")
+    logs = "\n".join(path.read_text() for path in tmp_path.glob("logs/toy/wheel/**/*.log"))
+    assert result.returncode == 0, result.stderr[-3000:] + logs
+    tables = {name: read_table(str(tmp_path / f"results/toy/{name}.parquet"), name) for name in ("wheel", "plate", "cone")}
+    run = tables["wheel"].iloc[0]
+    assert (run["case"], run["seed"], run["status"], run["asked_slip"]) == ("sand", 1, "done", 0.5)
+    assert run["grain_radius_m"] == pytest.approx(1e-3)
+    assert run["momentum_residual_ratio"] < 1e-5
+    assert run["load_n"] == pytest.approx(0.1, rel=0.05)
+    assert run["slip"] == pytest.approx(0.5, abs=1e-6)
+    assert run["power_balance_w"] > 0.0
+    assert 1e-3 < run["sinkage_m"] < 8e-3
+    assert "results depend on the grain size" in run["warnings"]
+    plate, cone = tables["plate"], tables["cone"].iloc[0]
+    assert plate["sinkage_m"].tolist() == pytest.approx([0.8e-3, 1.6e-3, 2.4e-3, 3.2e-3])
+    assert (plate["pressure_pa"].iloc[1:] > 0.0).all()
+    assert math.isnan(plate["bekker_n"].iloc[0])  # of one plate
+    assert cone["resistance_pa"] > 0.0
+    assert not list(tmp_path.glob("results/toy/checkpoints/wheel/*"))
+    page = (tmp_path / "results/toy/wheel.md").read_text(encoding="utf-8")
+    assert page.startswith("The soil's answer is confirmed")
+    assert (tmp_path / "results/toy/wheel/figures/wheel.png").stat().st_size > 5000
+    again = snakemake(tmp_path, "-n", "wheel", "plate", "cone")
+    assert "Nothing to be done" in again.stdout + again.stderr

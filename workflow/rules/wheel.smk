@@ -1,0 +1,267 @@
+# Not part of `all`: a wheel, plates and a cone on the soils that a study has calibrated. Beds are prepared once for all of them.
+from virtual_soil.wheel import setups as wheel_setups
+from virtual_soil.wheel import soil as wheel_soil
+
+if WHEEL["mesh"]["file"] is not None:
+    WHEEL["mesh"]["file"] = file_of_checkout(WHEEL["mesh"]["file"], CHECKOUT)
+WHEEL_CASES = in_words(wheel_soil.cases_of, WHEEL, CASES)
+WHEEL_GRAINS = wheel_soil.grain_settings(WHEEL)
+WHEEL_ENGINE = wheel_soil.engine_settings(config, WHEEL)
+# The answer is read when a target of this file is asked for. It is no input file: `wheel` must not start a calibration.
+ANSWER = f"{RESULTS}/calibration.parquet"
+BED = f"{RESULTS}/wheel/{{case}}/{{bed_seed}}"
+BED_LOG = f"{LOGS}/wheel/{{case}}/{{bed_seed}}"
+BED_CHECKPOINT = f"{RESULTS}/checkpoints/wheel/{{case}}_{{bed_seed}}"
+ON_BEDS = {"case": WHEEL_CASES, "bed_seed": WHEEL["bed"]["seeds"]}
+WHEEL_RUNS = expand(
+    f"{BED}/slip_{{slip}}", slip=wheel_setups.run_names(WHEEL), **ON_BEDS
+)
+PLATE_RUNS = expand(
+    f"{BED}/plate_{{diameter}}",
+    diameter=[f"{diameter:g}" for diameter in PLATE["diameters_m"]],
+    **ON_BEDS,
+)
+CONE_RUNS = [] if CONE["base_area_m2"] is None else expand(f"{BED}/cone", **ON_BEDS)
+# Tools of the page: the wheel, and those of plates and cone that have runs.
+TOOLS = ["wheel", *(["plate"] if PLATE_RUNS else []), *(["cone"] if CONE_RUNS else [])]
+
+
+wildcard_constraints:
+    bed_seed=r"\d+",
+    slip=r"-?[\d.e-]+|free",
+    diameter=r"[\d.e-]+",
+
+
+localrules:
+    measure_wheel,
+    measure_plate,
+    measure_cone,
+    wheel_report,
+
+
+def calibrated_soil(wildcards):
+    """Parameter function: the soil of a case under the tools."""
+    return in_words(wheel_soil.soil_of_case, config, ANSWER, wildcards.case)
+
+
+def nothing_refused(wildcards):
+    """Input function without files: refuses a wheel, grains or a bed with which no run can begin, before a bed is prepared."""
+    job = {
+        "soil": calibrated_soil(wildcards),
+        "grains": WHEEL_GRAINS,
+        "engine": WHEEL_ENGINE,
+    }
+    in_words(wheel_setups.check_setups, WHEEL, job)
+    return []
+
+
+def verdicts(wildcards):
+    """Parameter function: verdicts of the answers."""
+    return in_words(wheel_soil.verdicts_of, ANSWER, WHEEL_CASES)
+
+
+def files_of(runs, file):
+    """One file of every run."""
+    return [f"{run}/{file}.parquet" for run in runs]
+
+
+def checkpoint_of(test):
+    """Parameter function: checkpoint of a job."""
+    return lambda wildcards: (BED_CHECKPOINT + test).format(**dict(wildcards.items()))
+
+
+rule wheel:
+    input:
+        f"{RESULTS}/wheel.md",
+
+
+rule plate:
+    input:
+        f"{RESULTS}/plate.parquet",
+
+
+rule cone:
+    input:
+        f"{RESULTS}/cone.parquet",
+
+
+rule prepare_bed:
+    input:
+        nothing_refused,
+    output:
+        bed=f"{BED}/bed.npz",
+        row=f"{BED}/bed.parquet",
+    log:
+        f"{BED_LOG}/bed.log",
+    priority: 2
+    threads: 1
+    resources:
+        checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
+    params:
+        soil=calibrated_soil,
+        grains=WHEEL_GRAINS,
+        engine=WHEEL_ENGINE,
+        bed=wheel_setups.bed_settings(WHEEL),
+        checkpoint=checkpoint_of("_bed.npz"),
+        dem=ENGINE,
+        code=CODE.of_script("prepare_bed"),
+    message:
+        "Drop and settle a bed of the soil of {wildcards.case}, seed {wildcards.bed_seed}."
+    script:
+        "../scripts/prepare_bed.py"
+
+
+rule drive_wheel:
+    input:
+        bed=f"{BED}/bed.npz",
+        mesh=[] if WHEEL["mesh"]["file"] is None else WHEEL["mesh"]["file"],
+    output:
+        run=f"{BED}/slip_{{slip}}/run.parquet",
+        history=f"{BED}/slip_{{slip}}/history.parquet",
+    log:
+        f"{BED_LOG}/slip_{{slip}}.log",
+    priority: 1
+    threads: 1
+    resources:
+        checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
+    params:
+        soil=calibrated_soil,
+        grains=WHEEL_GRAINS,
+        engine=WHEEL_ENGINE,
+        wheel=wheel_setups.wheel_settings(WHEEL),
+        checkpoint=checkpoint_of("_slip_{slip}.npz"),
+        dem=ENGINE,
+        code=CODE.of_script("drive_wheel"),
+    message:
+        "Drive the wheel over bed {wildcards.bed_seed} of {wildcards.case} at slip {wildcards.slip}."
+    script:
+        "../scripts/drive_wheel.py"
+
+
+rule press_plate:
+    input:
+        bed=f"{BED}/bed.npz",
+    output:
+        run=f"{BED}/plate_{{diameter}}/run.parquet",
+        history=f"{BED}/plate_{{diameter}}/history.parquet",
+    log:
+        f"{BED_LOG}/plate_{{diameter}}.log",
+    priority: 1
+    threads: 1
+    resources:
+        checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
+    params:
+        soil=calibrated_soil,
+        grains=WHEEL_GRAINS,
+        engine=WHEEL_ENGINE,
+        plate={key: value for key, value in PLATE.items() if key != "diameters_m"},
+        checkpoint=checkpoint_of("_plate_{diameter}.npz"),
+        dem=ENGINE,
+        code=CODE.of_script("press_plate"),
+    message:
+        "Press a plate of {wildcards.diameter} m into bed {wildcards.bed_seed} of {wildcards.case}."
+    script:
+        "../scripts/press_plate.py"
+
+
+rule push_cone:
+    input:
+        bed=f"{BED}/bed.npz",
+    output:
+        run=f"{BED}/cone/run.parquet",
+        history=f"{BED}/cone/history.parquet",
+    log:
+        f"{BED_LOG}/cone.log",
+    priority: 1
+    threads: 1
+    resources:
+        checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
+    params:
+        soil=calibrated_soil,
+        grains=WHEEL_GRAINS,
+        engine=WHEEL_ENGINE,
+        cone=CONE,
+        checkpoint=checkpoint_of("_cone.npz"),
+        dem=ENGINE,
+        code=CODE.of_script("push_cone"),
+    message:
+        "Push the cone into bed {wildcards.bed_seed} of {wildcards.case}."
+    script:
+        "../scripts/push_cone.py"
+
+
+rule measure_wheel:
+    input:
+        beds=expand(f"{BED}/bed.parquet", **ON_BEDS),
+        runs=files_of(WHEEL_RUNS, "run"),
+        histories=files_of(WHEEL_RUNS, "history"),
+    output:
+        table=f"{RESULTS}/wheel.parquet",
+    log:
+        f"{LOGS}/wheel/measure_wheel.log",
+    params:
+        code=CODE.of_script("measure_wheel"),
+    message:
+        "Measure drawbar pull, torque and sinkage over the steady stretch of every run of the wheel."
+    script:
+        "../scripts/measure_wheel.py"
+
+
+rule measure_plate:
+    input:
+        beds=expand(f"{BED}/bed.parquet", **ON_BEDS),
+        runs=files_of(PLATE_RUNS, "run"),
+        histories=files_of(PLATE_RUNS, "history"),
+    output:
+        table=f"{RESULTS}/plate.parquet",
+    log:
+        f"{LOGS}/wheel/measure_plate.log",
+    params:
+        code=CODE.of_script("measure_plate"),
+    message:
+        "Measure pressures under the plates, their law p = k z^n, and Bekker's moduli."
+    script:
+        "../scripts/measure_plate.py"
+
+
+rule measure_cone:
+    input:
+        beds=expand(f"{BED}/bed.parquet", **ON_BEDS),
+        runs=files_of(CONE_RUNS, "run"),
+        histories=files_of(CONE_RUNS, "history"),
+    output:
+        table=f"{RESULTS}/cone.parquet",
+    log:
+        f"{LOGS}/wheel/measure_cone.log",
+    params:
+        code=CODE.of_script("measure_cone"),
+    message:
+        "Measure the gradient of the cone's resistance."
+    script:
+        "../scripts/measure_cone.py"
+
+
+rule wheel_report:
+    input:
+        tables=expand(f"{RESULTS}/{{tool}}.parquet", tool=TOOLS),
+        wheel_runs=files_of(WHEEL_RUNS, "run"),
+        wheel_histories=files_of(WHEEL_RUNS, "history"),
+        plate_runs=files_of(PLATE_RUNS, "run"),
+        plate_histories=files_of(PLATE_RUNS, "history"),
+        cone_runs=files_of(CONE_RUNS, "run"),
+        cone_histories=files_of(CONE_RUNS, "history"),
+    output:
+        page=f"{RESULTS}/wheel.md",
+        figures=expand(
+            f"{RESULTS}/wheel/figures/{{figure}}.png",
+            figure=[*TOOLS, "wheel_over_time"],
+        ),
+    log:
+        f"{LOGS}/wheel/wheel_report.log",
+    params:
+        verdicts=verdicts,
+        code=CODE.of_script("wheel_report"),
+    message:
+        "Write the page of wheel, plates and cone, whose first line says whether the soil's answer is confirmed."
+    script:
+        "../scripts/wheel_report.py"

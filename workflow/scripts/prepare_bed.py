@@ -1,0 +1,14 @@
+"""Adapt rule `prepare_bed` to `virtual_soil.wheel.runs.prepare_bed`."""
+
+from _log import log_to
+from virtual_soil.campaign.resume import Checkpoint
+from virtual_soil.wheel.runs import prepare_bed, store_bed
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    wildcards, params = dict(snakemake.wildcards.items()), dict(snakemake.params.items())
+    source = {"rule": snakemake.rule, **wildcards, **params}
+    checkpoint = Checkpoint(params["checkpoint"], float(snakemake.resources.checkpoint_interval_s), source)
+    row = prepare_bed(params, int(wildcards["bed_seed"]), snakemake.output.bed, checkpoint)
+    store_bed(wildcards, row, snakemake.output.row, source)
+    checkpoint.remove()

@@ -1,0 +1,14 @@
+"""Adapt rule `press_plate` to `virtual_soil.wheel.runs.press_plate`."""
+
+from _log import log_to
+from virtual_soil.campaign.resume import Checkpoint
+from virtual_soil.wheel.runs import press_plate, store
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    wildcards, params = dict(snakemake.wildcards.items()), dict(snakemake.params.items())
+    source = {"rule": snakemake.rule, **wildcards, **params}
+    checkpoint = Checkpoint(params["checkpoint"], float(snakemake.resources.checkpoint_interval_s), source)
+    done = press_plate(params, float(wildcards["diameter"]), snakemake.input.bed, checkpoint)
+    store(wildcards, *done, dict(snakemake.output.items()), "press", source)
+    checkpoint.remove()

@@ -1,0 +1,20 @@
+"""Adapt rule `wheel_report` to `virtual_soil.wheel.page.write_page`."""
+
+from pathlib import Path
+
+from _log import log_to
+from virtual_soil.campaign.tables import read_table
+from virtual_soil.wheel.measured import stacked
+from virtual_soil.wheel.page import Results, write_page
+
+if __name__ == "__main__":
+    log_to(snakemake.log[0])
+    files, of_tool = dict(snakemake.input.items()), {"wheel": "wheel", "plate": "press", "cone": "press"}
+    tools = [tool for tool in of_tool if files[f"{tool}_runs"]]
+    results = Results(
+        verdicts=snakemake.params.verdicts,
+        tables={Path(path).stem: read_table(path, Path(path).stem) for path in files["tables"]},
+        runs={tool: stacked(files[f"{tool}_runs"], f"{of_tool[tool]}_run") for tool in tools},
+        histories={tool: [read_table(p, f"{of_tool[tool]}_history") for p in files[f"{tool}_histories"]] for tool in tools},
+    )
+    write_page(results, Path(snakemake.output.page), Path(snakemake.output.figures[0]).parent)
