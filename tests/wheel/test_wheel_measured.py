@@ -48,6 +48,14 @@ def test_plates_have_pressures_laws_and_the_moduli_of_their_own_bed():
     assert table[table["seed"] == 2]["bekker_n"].isna().all()
 
 
+def test_the_law_of_a_plate_is_fitted_up_to_the_end_of_the_test():
+    history = pressed(1e6, 1.0)
+    history.loc[history["depth_m"] > 0.0125, "pressure_pa"] = 12.5e3  # p = k z, then constant
+    found = plate_table(rows("press_run", seed=[1], depth_m=[0.025]), [history], BEDS).iloc[0]
+    assert 0.2 < found["n"] < 0.8
+    assert found["law_residual_ratio"] > 0.02
+
+
 def test_a_test_that_broke_off_has_no_pressure():
     runs = rows("press_run", seed=[1], status=["failed"], depth_m=[0.025])
     empty = pressed(1e6, 1.0)[:0]

@@ -13,7 +13,8 @@ SOUND = {"sand": ["confirmed", "matches"]}
 
 def page_of(folder, verdicts=SOUND, history=None, **run):
     """Page of two runs of a wheel, two plates and a cone, all made up; run : changed columns of the second run."""
-    changed = {name: [0.0, value] if isinstance(value, float) else ["done", value] for name, value in run.items()}
+    plain = {"status": "done", "warnings": run.get("warnings", ""), "momentum_residual_ratio": 0.0}
+    changed = {name: [plain[name], value] for name, value in run.items()}
     columns = {"seed": [1, 2], "radius_m": [0.1, 0.1], "asked_slip": [0.5, 0.5], "momentum_residual_ratio": [0.0, 0.0]} | changed
     runs = {"wheel": rows("wheel_run", **columns)}
     histories = {"wheel": [travelled(3.0), travelled(-1.0) if history is None else history]}
@@ -72,6 +73,12 @@ def test_a_run_that_is_not_as_it_should_be_is_named(tmp_path, change, expected):
     assert "All runs are done" not in text
 
 
+def test_warnings_stand_once_each_and_whole(tmp_path):
+    one, other = "radius is 5; results depend on it below 14", "speed is 1; results depend on it above 0.005"
+    text = page_of(tmp_path, warnings=f"{one} | {other}")
+    assert [line for line in text.splitlines() if line.startswith("- ")][:2] == [f"- {one}", f"- {other}"]
+
+
 def test_a_page_without_plates_and_cone_has_no_sections_for_them(tmp_path):
     runs = rows("wheel_run", seed=[1], radius_m=[0.1], asked_slip=[np.nan], held=["free"], momentum_residual_ratio=[0.0])
     table = wheel_table(runs, [travelled(1.0)], BEDS)
@@ -81,3 +88,12 @@ def test_a_page_without_plates_and_cone_has_no_sections_for_them(tmp_path):
     assert "## Plate" not in text
     assert "| sand | 1 | free | done |" in text
     assert pd.isna(table["asked_slip"]).all()
+
+
+def test_a_page_of_runs_that_all_broke_off_says_so(tmp_path):
+    """Their histories have no rows; warnings are errors in these tests."""
+    runs = rows("wheel_run", seed=[1], radius_m=[0.1], status=["failed"], reason=["grains fell"], max_overlap_ratio=[np.nan])
+    none = travelled(1.0)[:0]
+    results = Results(SOUND, {"wheel": wheel_table(runs, [none], BEDS)}, {"wheel": runs}, {"wheel": [none]})
+    write_page(results, tmp_path / "wheel.md", tmp_path / "figures")
+    assert "slip 0.5: failed (grains fell)" in (tmp_path / "wheel.md").read_text(encoding="utf-8")

@@ -13,7 +13,7 @@ from virtual_soil.campaign.sections import Study
 from virtual_soil.campaign.settings import defaults
 from virtual_soil.campaign.study import StudyError, check_config
 from virtual_soil.campaign.tables import load_schema, write_table
-from virtual_soil.wheel.setups import check_setups, run_names, shape_of, soil_and_engine
+from virtual_soil.wheel.setups import bed_settings, check_setups, run_names, shape_of, soil_and_engine
 from virtual_soil.wheel.setups import test_of as of_run
 from virtual_soil.wheel.soil import cases_of, engine_settings, grain_settings, is_confirmed, soil_of_case, verdicts_of
 
@@ -103,6 +103,12 @@ def test_cases_are_those_named_or_all():
     assert cases_of({"cases": ["b"]}, ["a", "b"]) == ["b"]
     with pytest.raises(CalibrationError, match=re.escape("wheel.cases is ['c']; allowed: names of optimise.cases: a, b.")):
         cases_of({"cases": ["c"]}, ["a", "b"])
+
+
+def test_the_beds_sides_follow_from_radius_and_width():
+    bed = bed_settings(toy(bed={"preparation_friction_ratio": 0.7, "prepared_with_adhesion": True})["wheel"])
+    assert [bed[name] for name in ("length_m", "width_m", "depth_m")] == pytest.approx([0.047, 0.020, 0.015])
+    assert (bed["preparation_friction_ratio"], bed["prepared_with_adhesion"]) == (0.7, True)
 
 
 def test_gravity_is_the_wheels_or_the_engines():

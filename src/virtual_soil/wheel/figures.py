@@ -29,6 +29,8 @@ def against_slip(table: pd.DataFrame) -> Figure:
     """Plot pull, torque and sinkage against slip, a point with its standard error for each run, and the beds' mean as a line."""
     figure = Figure(figsize=(11.0, 3.6), layout="constrained")
     done = table[table["status"] == "done"]
+    done = done.assign(at=done["asked_slip"].fillna(done["slip"]))
+    ends = (done["at"].min() - 0.1, done["at"].max() + 0.1) if len(done) else (-1.0, 1.0)
     cases = list(dict.fromkeys(table["case"]))
     for axes, (column, error, factor, label) in zip(figure.subplots(1, len(AGAINST_SLIP)), AGAINST_SLIP, strict=True):
         for case in cases:
@@ -36,14 +38,16 @@ def against_slip(table: pd.DataFrame) -> Figure:
             for number, (seed, bed) in enumerate(rows.groupby("seed")):
                 errors = factor * bed[error]
                 points = {"linestyle": "", "capsize": 2, "label": f"{case}, bed {seed}"} | style(case, cases, number)
-                axes.errorbar(bed["slip"], factor * bed[column], errors, **points)
+                axes.errorbar(bed["at"], factor * bed[column], errors, **points)
             if rows["asked_slip"].notna().any():
                 means = rows.groupby("asked_slip")[column].mean()
                 axes.plot(means.index, factor * means, color=style(case, cases, 0)["color"], linewidth=0.9)
         axes.axhline(0.0, color="0.7", linewidth=0.7)
+        axes.set_xlim(*ends)
         axes.set_xlabel("slip")
         axes.set_ylabel(label)
-    figure.axes[0].legend(fontsize="small")
+    if len(done):
+        figure.axes[0].legend(fontsize="small")
     return figure
 
 
@@ -62,7 +66,8 @@ def over_time(runs: pd.DataFrame, histories: list[pd.DataFrame]) -> Figure:
         axes.axvline(0.0, color="0.7", linewidth=0.7)
         axes.set_xlabel("time since the travel began (s)")
         axes.set_ylabel(title)
-    right.legend(fontsize="x-small")
+    if right.lines[1:]:
+        right.legend(fontsize="x-small")
     return figure
 
 
@@ -79,5 +84,6 @@ def pressed(runs: pd.DataFrame, histories: list[pd.DataFrame], what: str) -> Fig
         axes.plot(1e3 * below["depth_m"], 1e-3 * below["pressure_pa"], label=None if label in known else label, **line)
     axes.set_xlabel(f"depth of the {what} (mm)")
     axes.set_ylabel("pressure (kPa)")
-    axes.legend(fontsize="small")
+    if axes.lines:
+        axes.legend(fontsize="small")
     return figure

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from virtual_soil.campaign.files import write_text, writing
 from virtual_soil.verification.page import markdown
 from virtual_soil.wheel import figures
+from virtual_soil.wheel.setups import BETWEEN_WARNINGS
 from virtual_soil.wheel.soil import is_confirmed
 
 #: Runs whose balance of momentum is worse than this are named.
@@ -69,7 +70,7 @@ def assumptions(table: pd.DataFrame) -> str:
         "those of the soil on the wheel. Each ± is the standard error of one run's means over the last 40 % of its travel: neither "
         "the scatter of beds, which their points show, nor the calibration's uncertainty, nor that of grain size and speed."
     )
-    warned = sorted({warning for found in table["warnings"] for warning in found.split("; ") if warning})
+    warned = sorted({warning for found in table["warnings"] for warning in found.split(BETWEEN_WARNINGS) if warning})
     return "\n".join([text, "", *(f"- {warning}" for warning in warned)])
 
 

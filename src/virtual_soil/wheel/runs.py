@@ -16,7 +16,7 @@ from virtual_soil.campaign.resume import Checkpoint
 from virtual_soil.campaign.simulate import one_row
 from virtual_soil.campaign.tables import write_table
 from virtual_soil.errors import InputError
-from virtual_soil.wheel.setups import press_test, refused, shape_of, slip_named, soil_and_engine, test_of
+from virtual_soil.wheel.setups import BETWEEN_WARNINGS, press_test, refused, shape_of, slip_named, soil_and_engine, test_of
 
 #: Stages of the tests, for the progress line.
 BED_STAGES = {"settle": Stage(), "rest": Stage()}
@@ -105,7 +105,7 @@ def wheel_row(run: WheelRun | None, reason: str) -> dict:
     return {
         "status": run.status,
         "reason": reason,
-        "warnings": "; ".join(run.warnings),
+        "warnings": BETWEEN_WARNINGS.join(run.warnings),
         "n_particles": run.n_particles,
         "n_steps": run.n_steps,
         "max_overlap_ratio": run.max_overlap_ratio,
@@ -151,7 +151,7 @@ def press_row(run: Pressed | None, reason: str) -> dict:
         missing = dict.fromkeys(("max_overlap_ratio", "simulated_time_s"), math.nan)
         return {"status": "failed", "reason": reason, "warnings": "", "n_particles": 0, "n_steps": 0, **missing}
     names = ("status", "n_particles", "n_steps", "max_overlap_ratio", "simulated_time_s")
-    return {**{name: getattr(run, name) for name in names}, "reason": reason, "warnings": "; ".join(run.warnings)}
+    return {**{name: getattr(run, name) for name in names}, "reason": reason, "warnings": BETWEEN_WARNINGS.join(run.warnings)}
 
 
 def store(wildcards: dict, row: dict, history: dict, output: dict[str, str], schema: str, source: dict) -> None:

@@ -15,6 +15,8 @@ from virtual_soil.campaign.experiments.common import soil_of
 
 #: Largest difference of a mesh's width from the stated one, and largest outer radius, over those of wheel.shape.
 WIDTH_TOLERANCE, OUTER_RATIO = 0.02, 1.5
+#: Stands between warnings in a column.
+BETWEEN_WARNINGS = " | "
 #: Name of the only run of a wheel that is free to travel: it has no given slip.
 FREE = "free"
 
@@ -28,6 +30,16 @@ def refused(key: str):
         raise
     except ValueError as error:
         raise CalibrationError(f"{key}: {error}") from None
+
+
+@contextlib.contextmanager
+def without_warnings():
+    """Context manager: no warnings of the engine in the log; the jobs have them, each once."""
+    before, soil_bed.LOG.disabled = soil_bed.LOG.disabled, True
+    try:
+        yield
+    finally:
+        soil_bed.LOG.disabled = before
 
 
 def run_names(settings: dict) -> list[str]:
@@ -112,5 +124,5 @@ def check_setups(settings: dict, job: dict) -> None:
     shape = shape_of(settings)
     for name in run_names(settings):
         test = test_of(settings, name)
-        with refused("wheel"):
+        with refused("wheel"), without_warnings():
             wheel.check(cast(SoilBed, stand_in), soil, shape, test)

@@ -1,0 +1,96 @@
+"""Jobs: what breaks off or is refused, and a run that goes on from its checkpoint."""
+
+import numpy as np
+import pytest
+
+from dem import SimulationError
+from virtual_soil.calibration.errors import CalibrationError
+from virtual_soil.campaign.resume import Checkpoint
+from virtual_soil.campaign.sections import Study
+from virtual_soil.campaign.settings import defaults
+from virtual_soil.campaign.tables import read_table
+from virtual_soil.errors import InputError
+from virtual_soil.wheel.runs import (
+    PRESS_HISTORY,
+    WHEEL_HISTORY,
+    bed_of,
+    drive_wheel,
+    prepare_bed,
+    press_row,
+    recorded,
+    store,
+    store_bed,
+    wheel_row,
+)
+
+ROW = {
+    "radius_m": 1e-3, "radius_sd_ratio": 0.05, "density_kg_m3": 2500.0, "poisson_ratio": 0.2, "shear_modulus_pa": 1e6,
+    "static_friction": 0.5, "rolling_friction": 0.1, "restitution": 0.3,
+}  # fmt: skip
+WHEEL = {name: value for name, value in defaults(Study)["wheel"].items() if name not in ("bed", "cases", "slips")}
+WHEEL |= {"load_n": 0.1, "speed_m_s": 0.05, "travel_ratio": 0.5}
+WHEEL["shape"] |= {"radius_m": 0.010, "width_m": 0.008}
+JOB = {
+    "soil": {"row": ROW},
+    "grains": {},
+    "engine": {"time_step_rayleigh_ratio": 0.4},
+    "bed": {"length_m": 0.047, "width_m": 0.020, "depth_m": 0.015},
+    "wheel": WHEEL,
+}
+
+
+class Interrupted(Checkpoint):
+    """Ends the job when the wheel has travelled a little."""
+
+    def keep(self, state):
+        if state.stage == "travel" and len(state.notes["samples"]) % 60 == 0:
+            self.save(state)
+            raise SystemExit(143)
+
+
+def test_a_run_that_breaks_off_has_a_reason_and_one_that_is_refused_ends_the_job(tmp_path):
+    def failing(error):
+        def run(**_):
+            raise error
+
+        return run
+
+    checkpoint = Checkpoint(str(tmp_path / "run.npz"), 300, {})
+    assert recorded(failing(SimulationError("grains fell")), {}, checkpoint) == (None, "grains fell")
+    with pytest.raises(CalibrationError, match="wheel, plate or cone: depth_m is 1; allowed: 0.5"):
+        recorded(failing(ValueError("depth_m is 1; allowed: 0.5")), {}, checkpoint)
+
+
+@pytest.mark.parametrize(("schema", "row"), [("wheel", wheel_row), ("press", press_row)])
+def test_a_run_that_broke_off_is_stored_with_its_reason(tmp_path, schema, row):
+    size = dict.fromkeys(("radius_m", "width_m", "applied_load_n", "wheel_static_friction", "diameter_m", "area_m2"), 1.0)
+    size |= {"depth_m": 1.0, "speed_m_s": 1.0, "asked_slip": 0.5, "held": "travel", "wall_time_s": 0.1}
+    output = {name: str(tmp_path / f"{name}.parquet") for name in ("run", "history")}
+    history = {name: [] for name in {"wheel": WHEEL_HISTORY, "press": PRESS_HISTORY}[schema]}
+    store({"case": "sand", "bed_seed": "7"}, row(None, "grains fell") | size, history, output, schema, {})
+    found = read_table(output["run"], f"{schema}_run").iloc[0]
+    assert (found["case"], found["seed"], found["status"], found["reason"]) == ("sand", 7, "failed", "grains fell")
+    assert len(read_table(output["history"], f"{schema}_history")) == 0
+
+
+def test_a_file_that_is_no_bed_is_named(tmp_path):
+    path = tmp_path / "bed.npz"
+    path.write_bytes(b"nothing")
+    with pytest.raises(InputError, match=r"bed\.npz: not a bed of this version \(.*\) Delete it and run again"):
+        bed_of(path)
+
+
+def test_an_interrupted_wheel_goes_on_with_the_same_numbers(tmp_path, capsys):
+    bed, saved = str(tmp_path / "bed.npz"), str(tmp_path / "run.npz")
+    row = prepare_bed(JOB, 1, bed, Checkpoint(str(tmp_path / "preparation.npz"), 300, {}))
+    store_bed({"case": "sand", "bed_seed": "1"}, row, str(tmp_path / "bed.parquet"), {})
+    assert read_table(str(tmp_path / "bed.parquet"), "wheel_bed").iloc[0]["solid_fraction"] == pytest.approx(0.57, abs=0.06)
+    whole_row, whole = drive_wheel(JOB, "0.5", bed, Checkpoint(str(tmp_path / "other.npz"), 300, {}))
+    with pytest.raises(SystemExit):
+        drive_wheel(JOB, "0.5", bed, Interrupted(saved, 300, {"slip": "0.5"}))
+    row, history = drive_wheel(JOB, "0.5", bed, Checkpoint(saved, 300, {"slip": "0.5"}))
+    assert f"goes on from {saved}: travel" in capsys.readouterr().out
+    assert (row["status"], row["n_steps"]) == ("done", whole_row["n_steps"])
+    assert row["motor_work_j"] == whole_row["motor_work_j"]
+    for name, values in history.items():
+        assert np.array_equal(values, whole[name]), name
