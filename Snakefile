@@ -24,6 +24,7 @@ include: "workflow/rules/manifest.smk"
 include: "workflow/rules/pictures.smk"
 include: "workflow/rules/first_answer.smk"
 include: "workflow/rules/verification.smk"
+include: "workflow/rules/wheel_common.smk"
 include: "workflow/rules/wheel.smk"
 include: "workflow/rules/bulk.smk"
 

@@ -1,0 +1,57 @@
+# Shared by the rules of wheel, plates and cone: what is run, where it is stored, and the soil under the tools.
+from virtual_soil.wheel import setups as wheel_setups
+from virtual_soil.wheel import soil as wheel_soil
+
+if WHEEL["mesh"]["file"] is not None:
+    WHEEL["mesh"]["file"] = file_of_checkout(WHEEL["mesh"]["file"], CHECKOUT)
+WHEEL_CASES = in_words(wheel_soil.cases_of, WHEEL, CASES)
+WHEEL_GRAINS = wheel_soil.grain_settings(WHEEL)
+WHEEL_ENGINE = wheel_soil.engine_settings(config, WHEEL)
+# The answer is read when a target of this file is asked for. It is no input file: `wheel` must not start a calibration.
+ANSWER = f"{RESULTS}/calibration.parquet"
+BED = f"{RESULTS}/wheel/{{case}}/{{bed_seed}}"
+BED_LOG = f"{LOGS}/wheel/{{case}}/{{bed_seed}}"
+BED_CHECKPOINT = f"{RESULTS}/checkpoints/wheel/{{case}}_{{bed_seed}}"
+ON_BEDS = {"case": WHEEL_CASES, "bed_seed": WHEEL["bed"]["seeds"]}
+WHEEL_RUNS = expand(
+    f"{BED}/slip_{{slip}}", slip=wheel_setups.run_names(WHEEL), **ON_BEDS
+)
+PLATE_RUNS = expand(
+    f"{BED}/plate_{{diameter}}",
+    diameter=[f"{diameter:g}" for diameter in PLATE["diameters_m"]],
+    **ON_BEDS,
+)
+CONE_RUNS = [] if CONE["base_area_m2"] is None else expand(f"{BED}/cone", **ON_BEDS)
+# Tools of the page: the wheel, and those of plates and cone that have runs.
+TOOLS = ["wheel", *(["plate"] if PLATE_RUNS else []), *(["cone"] if CONE_RUNS else [])]
+
+
+def calibrated_soil(wildcards):
+    """Parameter function: the soil of a case under the tools."""
+    return in_words(wheel_soil.soil_of_case, config, ANSWER, wildcards.case)
+
+
+def nothing_refused(wildcards):
+    """Input function without files: refuses a wheel, grains or a bed with which no run can begin, before a bed is prepared."""
+    job = {
+        "soil": calibrated_soil(wildcards),
+        "grains": WHEEL_GRAINS,
+        "engine": WHEEL_ENGINE,
+    }
+    in_words(wheel_setups.check_setups, WHEEL, job)
+    return []
+
+
+def verdicts(wildcards):
+    """Parameter function: verdicts of the answers."""
+    return in_words(wheel_soil.verdicts_of, ANSWER, WHEEL_CASES)
+
+
+def files_of(runs, file):
+    """One file of every run."""
+    return [f"{run}/{file}.parquet" for run in runs]
+
+
+def checkpoint_of(test):
+    """Parameter function: checkpoint of a job."""
+    return lambda wildcards: (BED_CHECKPOINT + test).format(**dict(wildcards.items()))
