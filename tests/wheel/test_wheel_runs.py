@@ -16,7 +16,9 @@ from virtual_soil.wheel.runs import (
     bed_of,
     drive_wheel,
     prepare_bed,
+    press_plate,
     press_row,
+    push_cone,
     recorded,
     store,
     store_bed,
@@ -36,6 +38,8 @@ JOB = {
     "engine": {"time_step_rayleigh_ratio": 0.4},
     "bed": {"length_m": 0.047, "width_m": 0.020, "depth_m": 0.015},
     "wheel": WHEEL,
+    "plate": {"depth_m": 0.02, "speed_m_s": 0.1, "static_friction": 0.5},
+    "cone": {"base_area_m2": 3e-6, "angle_deg": 60.0, "depth_m": 0.002, "speed_m_s": 0.1, "static_friction": 0.5},
 }
 
 
@@ -46,6 +50,14 @@ class Interrupted(Checkpoint):
         if state.stage == "travel" and len(state.notes["samples"]) % 60 == 0:
             self.save(state)
             raise SystemExit(143)
+
+
+@pytest.fixture(scope="module")
+def prepared(tmp_path_factory):
+    """File of a bed, and its row."""
+    folder = tmp_path_factory.mktemp("bed")
+    path = str(folder / "bed.npz")
+    return path, prepare_bed(JOB, 1, path, Checkpoint(str(folder / "preparation.npz"), 300, {}))
 
 
 def test_a_run_that_breaks_off_has_a_reason_and_one_that_is_refused_ends_the_job(tmp_path):
@@ -80,11 +92,8 @@ def test_a_file_that_is_no_bed_is_named(tmp_path):
         bed_of(path)
 
 
-def test_an_interrupted_wheel_goes_on_with_the_same_numbers(tmp_path, capsys):
-    bed, saved = str(tmp_path / "bed.npz"), str(tmp_path / "run.npz")
-    row = prepare_bed(JOB, 1, bed, Checkpoint(str(tmp_path / "preparation.npz"), 300, {}))
-    store_bed({"case": "sand", "bed_seed": "1"}, row, str(tmp_path / "bed.parquet"), {})
-    assert read_table(str(tmp_path / "bed.parquet"), "wheel_bed").iloc[0]["solid_fraction"] == pytest.approx(0.57, abs=0.06)
+def test_an_interrupted_wheel_goes_on_with_the_same_numbers(prepared, tmp_path, capsys):
+    (bed, _), saved = prepared, str(tmp_path / "run.npz")
     whole_row, whole = drive_wheel(JOB, "0.5", bed, Checkpoint(str(tmp_path / "other.npz"), 300, {}))
     with pytest.raises(SystemExit):
         drive_wheel(JOB, "0.5", bed, Interrupted(saved, 300, {"slip": "0.5"}))
@@ -94,3 +103,27 @@ def test_an_interrupted_wheel_goes_on_with_the_same_numbers(tmp_path, capsys):
     assert row["motor_work_j"] == whole_row["motor_work_j"]
     for name, values in history.items():
         assert np.array_equal(values, whole[name]), name
+
+
+def test_a_bed_is_stored_with_its_density(prepared, tmp_path):
+    _, row = prepared
+    store_bed({"case": "sand", "bed_seed": "1"}, row, str(tmp_path / "bed.parquet"), {})
+    found = read_table(str(tmp_path / "bed.parquet"), "wheel_bed").iloc[0]
+    assert found["solid_fraction"] == pytest.approx(0.57, abs=0.06)
+    assert found["bulk_density_kg_m3"] == pytest.approx(2500.0 * found["solid_fraction"])
+    assert (found["case"], found["seed"], found["grain_radius_m"]) == ("sand", 1, 1e-3)
+
+
+def test_a_tool_that_does_not_fit_its_bed_is_refused_in_one_line(prepared, tmp_path):
+    checkpoint = Checkpoint(str(tmp_path / "run.npz"), 300, {})
+    for run, message in (
+        (lambda: press_plate(JOB, 0.008, prepared[0], checkpoint), r"depth_m of the plate is 0\.02; allowed: at most 0\.00"),
+        (lambda: press_plate(JOB, 0.018, prepared[0], checkpoint), r"diameter of the plate is 0\.018; allowed: at most 0\.016"),
+        (
+            lambda: push_cone(JOB, prepared[0], checkpoint),
+            r"diameter of the cone is .* m, 0\.977 grain diameters; allowed: at least 3",
+        ),
+    ):
+        with pytest.raises(CalibrationError, match=message) as refusal:
+            run()
+        assert "\n" not in str(refusal.value)

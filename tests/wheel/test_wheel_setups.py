@@ -129,6 +129,9 @@ def test_runs_are_the_slips_or_one_free_run():
 
 
 def test_a_sound_wheel_is_not_refused(calibration):
+    default = defaults(Study)
+    default["design"]["variables"] = ["static_friction", "rolling_friction"]
+    checked(default, calibration)
     checked(toy(), calibration)
     checked(toy(shape={"grousers": {"count": 8, "height_m": 0.001, "thickness_m": 0.001}}), calibration)
 
