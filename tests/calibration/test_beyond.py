@@ -62,15 +62,15 @@ def test_refinement_goes_to_the_optimum_and_then_where_the_soil_is_probable_but_
     assert propose(rivals, wanted, 2) == rivals[:2]
 
 
-def comparison(simulated, se=0.1, predicted=30.0, match="matches"):
-    numbers = {"target": 30.0, "predicted": predicted, "simulated": simulated, "simulated_se": se}
+def comparison(simulated, target_se=0.1, predicted=30.0, match="matches"):
+    numbers = {"target": 30.0, "target_se": target_se, "predicted": predicted, "simulated": simulated, "simulated_se": 3.0}
     return pd.DataFrame({"case": ["sand"] * 3, "match": match, **numbers})
 
 
-def test_a_case_is_settled_within_the_tolerance_or_within_what_simulations_can_tell():
+def test_a_case_is_settled_within_the_tolerance_or_the_targets_uncertainty_whatever_the_noise():
     assert settled(comparison([30.0, 31.0, 29.0]), 0.05) == {"sand"}
     assert settled(comparison([30.0, 32.0, 29.0]), 0.05) == set()
-    assert settled(comparison([30.0, 32.0, 29.0], se=1.1), 0.05) == {"sand"}
+    assert settled(comparison([30.0, 32.0, 29.0], target_se=2.1), 0.05) == {"sand"}
     assert settled(comparison([30.0, np.nan, 29.0]), 0.05) == set()
     assert settled(comparison([30.0, 40.0, 29.0], match=["matches", "not asked", "matches"]), 0.05) == {"sand"}
 

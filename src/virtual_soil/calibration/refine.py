@@ -8,9 +8,9 @@ there for simulated, so that the next choice is elsewhere.
 
 from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 
-from virtual_soil.calibration.noise import NOISE_LIMIT
 from virtual_soil.calibration.uncertainty import Likelihood, probabilities
 from virtual_soil.calibration.verify import UNASKED
 
@@ -48,10 +48,11 @@ def believing(likelihood: Likelihood, values: dict[str, float]) -> Likelihood:
 def settled(comparison: pd.DataFrame, tolerance: float) -> set[str]:
     """Cases whose optimum was simulated and found as predicted.
 
-    Every simulated response with a weight is within `tolerance` times its target of the prediction, or within the noise limit of
-    its standard error: simulations cannot resolve less. A response without a simulated value does not settle.
+    Every simulated response with a weight is within `tolerance` times its target of the prediction, or within the target's own
+    uncertainty. The simulations' noise is no excuse: the optimum that follows from noisy ones may be far away. A response without
+    a simulated value does not settle.
     """
     comparison = comparison[comparison["match"] != UNASKED]
-    allowed = (tolerance * comparison["target"]).clip(lower=NOISE_LIMIT * comparison["simulated_se"])
+    allowed = np.maximum(tolerance * comparison["target"], comparison["target_se"])
     fits = (comparison["simulated"] - comparison["predicted"]).abs() <= allowed
     return {case for case, ok in fits.groupby(comparison["case"]) if ok.all()}
