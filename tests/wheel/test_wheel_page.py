@@ -13,7 +13,7 @@ SOUND = {"sand": ["confirmed", "matches"]}
 
 def page_of(folder, verdicts=SOUND, history=None, **run):
     """Page of two runs of a wheel, two plates and a cone, all made up; run : changed columns of the second run."""
-    plain = {"status": "done", "warnings": run.get("warnings", ""), "momentum_residual_ratio": 0.0}
+    plain = {"status": "done", "warnings": run.get("warnings", ""), "momentum_residual_ratio": 0.0, "max_overlap_ratio": 0.01}
     changed = {name: [plain[name], value] for name, value in run.items()}
     columns = {"seed": [1, 2], "radius_m": [0.1, 0.1], "asked_slip": [0.5, 0.5], "momentum_residual_ratio": [0.0, 0.0]} | changed
     runs = {"wheel": rows("wheel_run", **columns)}
@@ -53,6 +53,14 @@ def test_the_tables_have_the_numbers_of_the_runs(tmp_path):
     assert float(plate.split("|")[5]) == pytest.approx(2e3 * 0.01**1.2, rel=5e-3)  # kPa at two fifths of the depth
     assert "Bekker's moduli" in text
     assert "| 3.000 ± " in text
+
+
+def test_the_page_says_where_grains_are_too_soft(tmp_path):
+    firm = page_of(tmp_path, max_overlap_ratio=0.04)
+    soft = page_of(tmp_path, max_overlap_ratio=0.098)
+    said = "Grains overlap by up to 9.8 % of a radius, more than 5 %: too soft (`wheel.shear_modulus_pa`)."
+    assert said in soft
+    assert said not in firm
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
+from virtual_soil.campaign.experiments.common import LARGEST_OVERLAP_RATIO
 from virtual_soil.campaign.files import write_text, writing
 from virtual_soil.verification.page import markdown
 from virtual_soil.wheel import figures
@@ -39,7 +40,8 @@ def write_page(results: Results, page: Path, folder: Path) -> None:
         if tool in results.tables:
             drawn = figures.pressed(results.runs[tool], results.histories[tool], tool)
             parts += [f"## {tool.capitalize()}", linked(drawn, tool, page, folder), section(results.tables[tool])]
-    write_text(page, "\n\n".join(part.strip() for part in parts) + "\n")
+            parts += [softness(results.tables[tool])]
+    write_text(page, "\n\n".join(part.strip() for part in parts if part) + "\n")
 
 
 def linked(figure: Figure, name: str, page: Path, folder: Path) -> str:
@@ -79,7 +81,7 @@ def wheel_section(results: Results, page: Path, folder: Path) -> list[str]:
     table = results.tables["wheel"]
     parts = ["## Wheel", linked(figures.against_slip(table), "wheel", page, folder)]
     parts += [linked(figures.over_time(results.runs["wheel"], results.histories["wheel"]), "wheel_over_time", page, folder)]
-    return [*parts, wheel_table(table), remarks(table)]
+    return [*parts, wheel_table(table), remarks(table), softness(table)]
 
 
 def pair(row, name: str, error: str, digits: int, factor: float = 1.0) -> str:
@@ -112,6 +114,15 @@ def wheel_table(table: pd.DataFrame) -> str:
             )
         )
     return markdown(head, rows)
+
+
+def softness(table: pd.DataFrame) -> str:
+    """Says whether grains overlap more than a study allows; stiffer ones are `wheel.shear_modulus_pa`."""
+    largest = float(table["max_overlap_ratio"].max())
+    if not largest > LARGEST_OVERLAP_RATIO:
+        return ""
+    limit = f"{100 * LARGEST_OVERLAP_RATIO:g} %"
+    return f"Grains overlap by up to {100 * largest:.2g} % of a radius, more than {limit}: too soft (`wheel.shear_modulus_pa`)."
 
 
 def remarks(table: pd.DataFrame) -> str:
