@@ -41,6 +41,13 @@ def test_the_card_has_the_plate_and_the_lift_of_the_laboratory(make_card):
     assert rough["walls"]["static_friction"] == 0.4  # as between grains
 
 
+def test_the_card_has_the_tests_of_the_laboratory_that_its_angles_come_from(make_card):
+    stated = {"height_m": 0.4, "gravity_m_s2": "earth"}
+    simulated_with = make_card(slope_test=stated)["simulated_with"]
+    assert simulated_with["slope_test"] == stated
+    assert {"repose_test", "shear_test", "draw_down_test", "drum_test"} <= set(simulated_with)
+
+
 def test_the_configuration_is_fingerprinted_whatever_the_order_of_its_keys(make_card, config):
     hashes = {make_card()["provenance"]["config_sha256"], make_card(repose={"n_particles": 2999})["provenance"]["config_sha256"]}
     assert len(hashes) == 2

@@ -101,7 +101,7 @@ def material_card(
         "models": words(config["engine"]["rolling_model"], law),
         "simulated_with": {**config["fidelity"]["campaign"], **sizes(config),
                            "gravity_m_s2": config["engine"]["gravity_m_s2"], "grading": config["grading"],
-                           "repose_test": config["repose_test"], "shear_test": config["shear_test"]},
+                           **{name: stated for name, stated in config.items() if name.endswith("_test")}},
         "provenance": {"config_sha256": config_hash(config), **provenance},
     }  # fmt: skip
     return check_card(without_nan(card))
