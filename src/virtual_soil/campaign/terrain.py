@@ -45,8 +45,56 @@ class SoilBed:
     preparation_friction_ratio: float = setting(
         "factor on the grains' frictions while they settle: below 1 a denser bed, above a looser one", 1.0, minimum=0, maximum=10
     )
+    bulk_density_kg_m3: float | None = setting(
+        "bulk density of the beds: preparation_friction_ratio is found on columns of each case's soil; null: it is what is stated",
+        None,
+        above=0,
+        usual=(100.0, 10e3),
+        note="Over material.density_kg_m3 it is the solid fraction; one that the grains do not reach is refused with what they do.",
+    )
     prepared_with_adhesion: bool = setting("grains stick while they settle, too", False)
     seeds: list[int] = setting("seeds of the beds of every case", [1, 2], minimum=0, of={"minItems": 1, "uniqueItems": True})
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasuredWheel:
+    """Measurements of the wheel, to stand beside the runs."""
+
+    file: str | None = setting(
+        "CSV file: slip, load_n, and drawbar_pull_n, torque_n_m or sinkage_m, each with its *_sd_*, if known; null: none", None
+    )
+    source: str | None = setting("where the file's numbers come from, for the page", None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasuredPlates:
+    """Measurements of plates, to stand beside the tests."""
+
+    file: str | None = setting("CSV file: diameter_m, sinkage_m, pressure_pa, and pressure_sd_pa, if known; null: none", None)
+    source: str | None = setting("where the file's numbers come from, for the page", None)
+    compared_m: list[float] = setting(
+        "lowest and highest sinkage at which pressures have a verdict",
+        [0.010, 0.020],
+        minimum=0,
+        usual=(0.0, 1.0),
+        of={"minItems": 2, "maxItems": 2},
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Handbook:
+    """The handbook's rigid wheel (Wong & Reece 1967), a line beside the runs."""
+
+    friction_angle_deg: float | None = setting("friction angle of the soil; null: no line", None, minimum=0, below=90)
+    cohesion_pa: float = setting("cohesion of the soil", 0.0, minimum=0, usual=(0.0, 1e6))
+    shear_displacement_m: float = setting(
+        "shear displacement K at which 63 % of the strength is mobilised", 0.01, above=0, usual=(1e-4, 0.2)
+    )
+    plates: str = choice(
+        "plates whose law p = k z^n it takes, of the diameter nearest to the wheel's width: measured or simulated ones",
+        "measured",
+        ("measured", "simulated"),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,6 +146,8 @@ class Wheel:
         note="E* should be 2000 times the mean pressure load / (1.2 radius width); the log warns below.",
     )
     time_step_rayleigh_ratio: float = setting("time step over the Rayleigh time of the smallest grain", 0.35, above=0, maximum=0.8)
+    measured: MeasuredWheel = section(MeasuredWheel)
+    handbook: Handbook = section(Handbook)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,6 +164,7 @@ class Plate:
     depth_m: float = setting("sinkage below the bed's surface at which the test ends", 0.025, above=0, usual=(1e-4, 1.0))
     speed_m_s: float = setting("speed of the plate", 0.03, above=0, usual=(1e-4, 1.0))
     static_friction: float = setting("coefficient of static friction between grains and plate", 0.5, minimum=0, maximum=3)
+    measured: MeasuredPlates = section(MeasuredPlates)
 
 
 @dataclass(frozen=True, kw_only=True)
