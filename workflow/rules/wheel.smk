@@ -11,6 +11,8 @@ localrules:
     measure_wheel,
     measure_plate,
     measure_cone,
+    compare_measured,
+    handbook_wheel,
     wheel_report,
 
 
@@ -29,9 +31,34 @@ rule cone:
         f"{RESULTS}/cone.parquet",
 
 
+rule steer_density:
+    input:
+        nothing_refused,
+    output:
+        row=PREPARATION,
+    log:
+        f"{LOGS}/wheel/{{case}}/preparation.log",
+    priority: 3
+    threads: 1
+    params:
+        soil=calibrated_soil,
+        grains=WHEEL_GRAINS,
+        engine=WHEEL_ENGINE,
+        bed=wheel_setups.bed_settings(WHEEL),
+        bulk_density_kg_m3=WHEEL["bed"]["bulk_density_kg_m3"],
+        seed=WHEEL["bed"]["seeds"][0],
+        dem=ENGINE,
+        code=CODE.of_script("steer_density"),
+    message:
+        "Find the friction of the preparation that gives beds of {wildcards.case} their bulk density."
+    script:
+        "../scripts/steer_density.py"
+
+
 rule prepare_bed:
     input:
         nothing_refused,
+        preparation=preparation,
     output:
         bed=f"{BED}/bed.npz",
         row=f"{BED}/bed.parquet",
@@ -98,7 +125,7 @@ rule press_plate:
         soil=calibrated_soil,
         grains=WHEEL_GRAINS,
         engine=WHEEL_ENGINE,
-        plate={key: value for key, value in PLATE.items() if key != "diameters_m"},
+        plate={key: PLATE[key] for key in ("depth_m", "speed_m_s", "static_friction")},
         checkpoint=checkpoint_of("_plate_{diameter}.npz"),
         dem=ENGINE,
         code=CODE.of_script("press_plate"),
@@ -185,8 +212,55 @@ rule measure_cone:
         "../scripts/measure_cone.py"
 
 
+rule compare_measured:
+    input:
+        files=measurements,
+        wheel=f"{RESULTS}/wheel.parquet",
+        plate_runs=files_of(PLATE_RUNS, "run"),
+        plate_histories=files_of(PLATE_RUNS, "history"),
+    output:
+        table=f"{RESULTS}/wheel_measured.parquet",
+    log:
+        f"{LOGS}/wheel/compare_measured.log",
+    params:
+        wheel=WHEEL["measured"],
+        plate=PLATE["measured"],
+        gravity_m_s2=WHEEL_ENGINE["gravity_m_s2"],
+        code=CODE.of_script("compare_measured"),
+    message:
+        "Compare wheel and plates with measurements, point by point."
+    script:
+        "../scripts/compare_measured.py"
+
+
+rule handbook_wheel:
+    input:
+        files=measurements,
+        tables=expand(
+            f"{RESULTS}/{{tool}}.parquet",
+            tool=[tool for tool in TOOLS if tool != "cone"],
+        ),
+    output:
+        table=f"{RESULTS}/wheel_handbook.parquet",
+    log:
+        f"{LOGS}/wheel/handbook_wheel.log",
+    params:
+        handbook=WHEEL["handbook"],
+        measured=PLATE["measured"]["file"],
+        depth_m=PLATE["depth_m"],
+        gravity_m_s2=WHEEL_ENGINE["gravity_m_s2"],
+        code=CODE.of_script("handbook_wheel"),
+    message:
+        "Compute the handbook's rigid wheel from the law of a plate."
+    script:
+        "../scripts/handbook_wheel.py"
+
+
 rule wheel_report:
     input:
+        files=measurements,
+        measured=f"{RESULTS}/wheel_measured.parquet" if IS_MEASURED else [],
+        handbook=f"{RESULTS}/wheel_handbook.parquet" if HAS_HANDBOOK else [],
         tables=expand(f"{RESULTS}/{{tool}}.parquet", tool=TOOLS),
         wheel_runs=files_of(WHEEL_RUNS, "run"),
         wheel_histories=files_of(WHEEL_RUNS, "history"),
@@ -204,6 +278,7 @@ rule wheel_report:
         f"{LOGS}/wheel/wheel_report.log",
     params:
         verdicts=verdicts,
+        sources=[WHEEL["measured"]["source"], PLATE["measured"]["source"]],
         code=CODE.of_script("wheel_report"),
     message:
         "Write the page of wheel, plates and cone, whose first line says whether the soil's answer is confirmed."

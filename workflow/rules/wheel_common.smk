@@ -1,4 +1,5 @@
 # Shared by the rules of wheel, plates and cone: what is run, where it is stored, and the soil under the tools.
+from virtual_soil.wheel import measurements as wheel_measurements
 from virtual_soil.wheel import setups as wheel_setups
 from virtual_soil.wheel import soil as wheel_soil
 
@@ -10,6 +11,7 @@ WHEEL_ENGINE = wheel_soil.engine_settings(config, WHEEL)
 # The answer is read when a target of this file is asked for. It is no input file: `wheel` must not start a calibration.
 ANSWER = f"{RESULTS}/calibration.parquet"
 BED = f"{RESULTS}/wheel/{{case}}/{{bed_seed}}"
+PREPARATION = f"{RESULTS}/wheel/{{case}}/preparation.parquet"
 BED_LOG = f"{LOGS}/wheel/{{case}}/{{bed_seed}}"
 BED_CHECKPOINT = f"{RESULTS}/checkpoints/wheel/{{case}}_{{bed_seed}}"
 ON_BEDS = {"case": WHEEL_CASES, "bed_seed": WHEEL["bed"]["seeds"]}
@@ -22,6 +24,12 @@ PLATE_RUNS = expand(
     **ON_BEDS,
 )
 CONE_RUNS = [] if CONE["base_area_m2"] is None else expand(f"{BED}/cone", **ON_BEDS)
+WHEEL["measured"]["file"], PLATE["measured"]["file"] = (
+    None if file is None else file_of_checkout(file, CHECKOUT)
+    for file in (WHEEL["measured"]["file"], PLATE["measured"]["file"])
+)
+IS_MEASURED = not (WHEEL["measured"]["file"] is PLATE["measured"]["file"] is None)
+HAS_HANDBOOK = WHEEL["handbook"]["friction_angle_deg"] is not None
 # Tools of the page: the wheel, and those of plates and cone that have runs.
 TOOLS = ["wheel", *(["plate"] if PLATE_RUNS else []), *(["cone"] if CONE_RUNS else [])]
 
@@ -40,6 +48,18 @@ def nothing_refused(wildcards):
     }
     in_words(wheel_setups.check_setups, WHEEL, job)
     return []
+
+
+def measurements(wildcards):
+    """Input function: files of measurements, refused before anything runs if a value cannot be one of this wheel and its plates."""
+    gravity = WHEEL_ENGINE["gravity_m_s2"]
+    return in_words(wheel_measurements.checked_files, WHEEL, PLATE, gravity)
+
+
+def preparation(wildcards):
+    """Input function: the friction ratio that was found for the beds' bulk density, if one is asked for."""
+    sought = WHEEL["bed"]["bulk_density_kg_m3"] is not None
+    return PREPARATION if sought else []
 
 
 def verdicts(wildcards):

@@ -2,11 +2,12 @@
 
 from _log import log_to
 from virtual_soil.campaign.resume import Checkpoint
-from virtual_soil.wheel.runs import prepare_bed, store_bed
+from virtual_soil.wheel.runs import prepare_bed, store_bed, with_preparation
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])
     wildcards, params = dict(snakemake.wildcards.items()), dict(snakemake.params.items())
+    params["bed"] = with_preparation(params["bed"], snakemake.input.get("preparation") or None)
     source = {"rule": snakemake.rule, **wildcards, **params}
     checkpoint = Checkpoint(params["checkpoint"], float(snakemake.resources.checkpoint_interval_s), source)
     row = prepare_bed(params, int(wildcards["bed_seed"]), snakemake.output.bed, checkpoint)

@@ -15,6 +15,9 @@ if __name__ == "__main__":
         verdicts=snakemake.params.verdicts,
         tables={Path(path).stem: read_table(path, Path(path).stem) for path in files["tables"]},
         runs={tool: stacked(files[f"{tool}_runs"], f"{of_tool[tool]}_run") for tool in tools},
+        measured=read_table(files["measured"], "wheel_measured") if files["measured"] else None,
+        handbook=read_table(files["handbook"], "wheel_handbook") if files["handbook"] else None,
+        sources=tuple(source for source in snakemake.params.sources if source),
         histories={tool: [read_table(p, f"{of_tool[tool]}_history") for p in files[f"{tool}_histories"]] for tool in tools},
     )
     write_page(results, Path(snakemake.output.page), Path(snakemake.output.figures[0]).parent)

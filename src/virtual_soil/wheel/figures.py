@@ -1,5 +1,7 @@
 """Figures of wheel, plates and cone, drawn only from their tables and histories."""
 
+from typing import Any
+
 import matplotlib as mpl
 
 mpl.use("Agg")
@@ -10,6 +12,11 @@ from matplotlib.figure import Figure
 #: Colours of the cases that colour-blind readers can distinguish (Okabe & Ito).
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MARKERS = "os^vDP"
+#: Measured points, hollow so that runs below them are seen.
+MEASURED: dict[str, Any] = {
+    **{"color": "black", "marker": "D", "markerfacecolor": "white", "markersize": 6},
+    **{"linestyle": "", "capsize": 3},
+}
 DPI = 90
 #: Column, its error and factor, and what stands at the axis.
 AGAINST_SLIP = (
@@ -25,12 +32,17 @@ def style(case: str, cases: list[str], seed_number: int) -> dict:
     return {"color": colour, "marker": MARKERS[seed_number % len(MARKERS)], "markersize": 5}
 
 
-def against_slip(table: pd.DataFrame) -> Figure:
-    """Plot pull, torque and sinkage against slip, a point with its standard error for each run, and the beds' mean as a line."""
+def against_slip(table: pd.DataFrame, measured: pd.DataFrame | None = None, handbook: pd.DataFrame | None = None) -> Figure:
+    """Plot pull, torque and sinkage against slip, a point with its standard error for each run, and the beds' mean as a line.
+
+    table, measured, handbook : of schemas wheel, wheel_measured, wheel_handbook. Bars of measurements are standard deviations.
+    """
     figure = Figure(figsize=(11.0, 3.6), layout="constrained")
     done = table[table["status"] == "done"]
     done = done.assign(at=done["asked_slip"].fillna(done["slip"]))
-    ends = (done["at"].min() - 0.1, done["at"].max() + 0.1) if len(done) else (-1.0, 1.0)
+    tests = None if measured is None else measured[measured["tool"] == "wheel"]
+    slips = pd.concat([done["at"], *([] if tests is None else [tests["slip"]])])
+    ends = (slips.min() - 0.1, slips.max() + 0.1) if len(slips) else (-1.0, 1.0)
     cases = list(dict.fromkeys(table["case"]))
     for axes, (column, error, factor, label) in zip(figure.subplots(1, len(AGAINST_SLIP)), AGAINST_SLIP, strict=True):
         for case in cases:
@@ -42,13 +54,26 @@ def against_slip(table: pd.DataFrame) -> Figure:
             if rows["asked_slip"].notna().any():
                 means = rows.groupby("asked_slip")[column].mean()
                 axes.plot(means.index, factor * means, color=style(case, cases, 0)["color"], linewidth=0.9)
+        if handbook is not None:
+            for case, line in handbook.groupby("case", sort=False):
+                label = "handbook" + (f", plates of {case}" if case else "")
+                colour = style(case, cases, 0)["color"] if case else MEASURED["color"]
+                axes.plot(line["slip"], factor * line[column], color=colour, linewidth=1.0, linestyle="--", label=label)
+        if tests is not None:
+            points = tests[tests["quantity"] == column].drop_duplicates("slip")
+            axes.errorbar(points["slip"], factor * points["measured"], bars(factor, points), label="measured", **MEASURED)
         axes.axhline(0.0, color="0.7", linewidth=0.7)
         axes.set_xlim(*ends)
         axes.set_xlabel("slip")
         axes.set_ylabel(label)
-    if len(done):
+    if figure.axes[0].get_legend_handles_labels()[1]:
         figure.axes[0].legend(fontsize="small")
     return figure
+
+
+def bars(factor: float, points: pd.DataFrame) -> pd.Series:
+    """Lengths of the bars of measured points; nothing where the deviation is not known."""
+    return factor * points["measured_sd"].fillna(0.0)
 
 
 def over_time(runs: pd.DataFrame, histories: list[pd.DataFrame]) -> Figure:
@@ -71,8 +96,8 @@ def over_time(runs: pd.DataFrame, histories: list[pd.DataFrame]) -> Figure:
     return figure
 
 
-def pressed(runs: pd.DataFrame, histories: list[pd.DataFrame], what: str) -> Figure:
-    """Plot pressure against depth, a line for each test; what : the tool."""
+def pressed(runs: pd.DataFrame, histories: list[pd.DataFrame], what: str, measured: pd.DataFrame | None = None) -> Figure:
+    """Plot pressure against depth, a line for each test; what : the tool. measured : of schema wheel_measured, of plates."""
     figure = Figure(figsize=(5.5, 3.8), layout="constrained")
     axes = figure.subplots()
     cases, sizes = list(dict.fromkeys(runs["case"])), sorted(set(runs["diameter_m"]))
@@ -82,8 +107,15 @@ def pressed(runs: pd.DataFrame, histories: list[pd.DataFrame], what: str) -> Fig
         label = f"{run['case']}, {1e3 * run['diameter_m']:.3g} mm"
         known = axes.get_legend_handles_labels()[1]
         axes.plot(1e3 * below["depth_m"], 1e-3 * below["pressure_pa"], label=None if label in known else label, **line)
+    if measured is not None:
+        tests = measured[(measured["tool"] == what) & (measured["quantity"] == "pressure_pa")].drop_duplicates(
+            ["diameter_m", "at_m"]
+        )
+        for number, (diameter, points) in enumerate(tests.groupby("diameter_m")):
+            look = MEASURED | {"marker": MARKERS[number % len(MARKERS)], "label": f"measured, {1e3 * diameter:.3g} mm"}
+            axes.errorbar(1e3 * points["at_m"], 1e-3 * points["measured"], bars(1e-3, points), **look)
     axes.set_xlabel(f"depth of the {what} (mm)")
     axes.set_ylabel("pressure (kPa)")
-    if axes.lines:
+    if axes.get_legend_handles_labels()[1]:
         axes.legend(fontsize="small")
     return figure

@@ -10,6 +10,7 @@ from virtual_soil.campaign.experiments.common import LARGEST_OVERLAP_RATIO
 from virtual_soil.campaign.files import write_text, writing
 from virtual_soil.verification.page import markdown
 from virtual_soil.wheel import figures
+from virtual_soil.wheel.measured_page import handbook_section, measured_section
 from virtual_soil.wheel.setups import BETWEEN_WARNINGS
 from virtual_soil.wheel.soil import is_confirmed
 
@@ -21,13 +22,17 @@ LARGEST_RESIDUAL = 1e-5
 class Results:
     """Tables by tool ("wheel", "plate", "cone"; those that were run), runs and histories one by one.
 
-    verdicts : case -> prediction and match of its answer.
+    verdicts : case -> prediction and match of its answer. measured : of schema wheel_measured, handbook : of schema wheel_handbook,
+    if there are any. sources : of the measurements.
     """
 
     verdicts: dict[str, list[str]]
     tables: dict[str, pd.DataFrame]
     runs: dict[str, pd.DataFrame]
     histories: dict[str, list[pd.DataFrame]] = field(default_factory=dict)
+    measured: pd.DataFrame | None = None
+    handbook: pd.DataFrame | None = None
+    sources: tuple[str, ...] = ()
 
 
 def write_page(results: Results, page: Path, folder: Path) -> None:
@@ -36,11 +41,15 @@ def write_page(results: Results, page: Path, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     parts = [first_line(results.verdicts), "# Wheel, plates and cone on the calibrated soil", assumptions(results.tables["wheel"])]
     parts += wheel_section(results, page, folder)
+    if results.handbook is not None:
+        parts += [handbook_section(results.handbook)]
+    if results.measured is not None:
+        parts += [measured_section(results.measured, results.sources)]
     for tool, section in (("plate", plate_table), ("cone", cone_table)):
         if tool in results.tables:
-            drawn = figures.pressed(results.runs[tool], results.histories[tool], tool)
+            drawn = figures.pressed(results.runs[tool], results.histories[tool], tool, results.measured)
             parts += [f"## {tool.capitalize()}", linked(drawn, tool, page, folder), section(results.tables[tool])]
-            parts += [softness(results.tables[tool])]
+            parts += [softness(results.tables[tool]), warned(results.tables[tool])]
     write_text(page, "\n\n".join(part.strip() for part in parts if part) + "\n")
 
 
@@ -72,14 +81,20 @@ def assumptions(table: pd.DataFrame) -> str:
         "those of the soil on the wheel. Each ± is the standard error of one run's means over the last 40 % of its travel: neither "
         "the scatter of beds, which their points show, nor the calibration's uncertainty, nor that of grain size and speed."
     )
-    warned = sorted({warning for found in table["warnings"] for warning in found.split(BETWEEN_WARNINGS) if warning})
-    return "\n".join([text, "", *(f"- {warning}" for warning in warned)])
+    return f"{text}\n\n{warned(table)}"
+
+
+def warned(table: pd.DataFrame) -> str:
+    """Warnings of the runs, each once."""
+    return "\n".join(
+        sorted({f"- {warning}" for found in table["warnings"] for warning in found.split(BETWEEN_WARNINGS) if warning})
+    )
 
 
 def wheel_section(results: Results, page: Path, folder: Path) -> list[str]:
     """Figures and table of the wheel."""
     table = results.tables["wheel"]
-    parts = ["## Wheel", linked(figures.against_slip(table), "wheel", page, folder)]
+    parts = ["## Wheel", linked(figures.against_slip(table, results.measured, results.handbook), "wheel", page, folder)]
     parts += [linked(figures.over_time(results.runs["wheel"], results.histories["wheel"]), "wheel_over_time", page, folder)]
     return [*parts, wheel_table(table), remarks(table), softness(table)]
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from dem import CheckpointError, SimulationError
 from dem.experiments import penetration, soil_bed, wheel
+from dem.experiments.density import preparation_for
 from dem.experiments.penetration import Pressed
 from dem.experiments.soil_bed import Setup, SoilBed
 from dem.experiments.wheel import WheelRun
@@ -14,7 +15,7 @@ from virtual_soil.campaign.files import writing
 from virtual_soil.campaign.progress import Progress, Stage
 from virtual_soil.campaign.resume import Checkpoint
 from virtual_soil.campaign.simulate import one_row
-from virtual_soil.campaign.tables import write_table
+from virtual_soil.campaign.tables import read_table, write_table
 from virtual_soil.errors import InputError
 from virtual_soil.wheel.setups import BETWEEN_WARNINGS, press_test, refused, shape_of, slip_named, soil_and_engine, test_of
 
@@ -60,6 +61,39 @@ def prepare_bed(job: dict, seed: int, path: str, checkpoint: Checkpoint) -> dict
     with writing(path):
         soil_bed.save_bed(bed, path)
     return bed_row(bed, checkpoint.spent_s, soil.radius_m)
+
+
+def steer_density(job: dict, seed: int, bulk_density_kg_m3: float) -> dict:
+    """Row of the preparation that gives beds a bulk density; job : `soil`, `grains`, `engine`, `bed`. Repeated if interrupted.
+
+    Raises CalibrationError if these grains do not pack so loosely or so densely.
+    """
+    soil, engine = soil_and_engine(job)
+    fraction = bulk_density_kg_m3 / soil.density_kg_m3
+    said = f"wheel.bed.bulk_density_kg_m3 is {bulk_density_kg_m3:g}, with grains of {soil.density_kg_m3:g} kg/m3"
+    with refused(said):
+        ratio, found = preparation_for(soil, Setup(**job["bed"]), engine, seed, fraction)
+    return {
+        "asked_bulk_density_kg_m3": float(bulk_density_kg_m3),
+        "preparation_friction_ratio": float(ratio),
+        "solid_fraction": float(found),
+        "bulk_density_kg_m3": float(found * soil.density_kg_m3),
+    }
+
+
+def store_preparation(case: str, row: dict, path: str, source: dict) -> None:
+    """Write the row of a preparation."""
+    write_table(one_row({"case": case} | row), path, "wheel_preparation", source)
+
+
+def found_ratio(path: str) -> float:
+    """Friction ratio in the table of a preparation."""
+    return float(read_table(path, "wheel_preparation")["preparation_friction_ratio"].iloc[0])
+
+
+def with_preparation(bed: dict, path: str | None) -> dict:
+    """Arguments of a bed's `Setup` with the friction ratio of a preparation that was found; path : its table, or None."""
+    return bed if path is None else bed | {"preparation_friction_ratio": found_ratio(path)}
 
 
 def bed_row(bed: SoilBed, wall_time_s: float, radius_m: float) -> dict:

@@ -115,6 +115,9 @@ def check_setups(settings: dict, job: dict) -> None:
     The engine's own checks, on a stand-in for the bed, which takes minutes to prepare.
     """
     soil, engine = soil_and_engine(job)
+    ratio, steered = settings["bed"]["preparation_friction_ratio"], settings["bed"]["bulk_density_kg_m3"] is not None
+    key = "wheel.bed.preparation_friction_ratio"
+    demand(not steered or ratio == 1.0, key, ratio, "1 with wheel.bed.bulk_density_kg_m3, for which it is found")
     setup = Setup(**bed_settings(settings))
     with refused("wheel.bed"):
         soil_bed.check(soil, setup, engine)
