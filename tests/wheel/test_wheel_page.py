@@ -5,8 +5,10 @@ import pandas as pd
 import pytest
 from made_up_runs import BEDS, pressed, rows, travelled
 
+from virtual_soil.campaign.tables import check_table
+from virtual_soil.wheel import figures
 from virtual_soil.wheel.measured import cone_table, plate_table, wheel_table
-from virtual_soil.wheel.page import Results, write_page
+from virtual_soil.wheel.page import Results, density, write_page
 
 SOUND = {"sand": ["confirmed", "matches"]}
 
@@ -105,3 +107,112 @@ def test_a_page_of_runs_that_all_broke_off_says_so(tmp_path):
     results = Results(SOUND, {"wheel": wheel_table(runs, [none], BEDS)}, {"wheel": runs}, {"wheel": [none]})
     write_page(results, tmp_path / "wheel.md", tmp_path / "figures")
     assert "slip 0.5: failed (grains fell)" in (tmp_path / "wheel.md").read_text(encoding="utf-8")
+
+
+def point_of(quantity, verdict, predicted, measured, **where):
+    """A compared point of a made-up file."""
+    values = {"case": "sand", "tool": "wheel", "quantity": quantity, "slip": 0.5, "diameter_m": np.nan, "at_m": np.nan}
+    values |= {"measured": measured, "measured_sd": np.nan, "predicted": predicted, "predicted_error": 1e-3, "n_beds": 2}
+    return values | {"difference": predicted - measured, "allowed": 0.05, "verdict": verdict} | where
+
+
+def beside(folder, *points, handbook=None):
+    """Page of two runs of a wheel and a plate with these points beside them."""
+    runs = {"wheel": rows("wheel_run", seed=[1, 2], radius_m=[0.1, 0.1], asked_slip=[0.5, 0.5])}
+    runs["plate"] = rows("press_run", seed=[1], diameter_m=[0.04], depth_m=[0.025], warnings=["near to its images"])
+    histories = {"wheel": [travelled(3.0), travelled(-1.0)], "plate": [pressed(2e6, 1.2)]}
+    measure = {"wheel": wheel_table, "plate": plate_table}
+    tables = {tool: measure[tool](runs[tool], histories[tool], BEDS) for tool in runs}
+    table = check_table(pd.DataFrame(points), "wheel_measured", "points") if points else None
+    results = Results(SOUND, tables, runs, histories, measured=table, handbook=handbook, sources=("J. Doe 2001", "J. Doe 2001"))
+    write_page(results, folder / "wheel.md", folder / "figures")
+    return (folder / "wheel.md").read_text(encoding="utf-8")
+
+
+SINKAGE = point_of("sinkage_m", "agrees", 0.0205, 0.0201, allowed=0.006)
+PRESSURE = {"tool": "plate", "slip": np.nan, "diameter_m": 0.04, "at_m": 0.01}
+
+
+def test_points_stand_on_the_page_with_their_source_and_verdict(tmp_path):
+    pull = point_of("drawbar_ratio", "misses", -0.091, 0.028, measured_sd=0.007)
+    pressure = point_of("pressure_pa", "no criterion", 7.9e3, 7.7e3, allowed=np.nan, **PRESSURE)
+    text = beside(tmp_path, SINKAGE, pull, pressure)
+    assert text.count("- J. Doe 2001") == 1
+    assert "🔴 **1 of 2 verdicts agree, 1 miss**." in text
+    assert "| sand | sinkage (mm) | s = 0.5 | 20.5 ± 1.0 | 20.1 | 2 | 0.4 | 6.0 | 🟢 agrees |" in text
+    assert "| sand | F_DP/W | s = 0.5 | -0.091 ± 0.001 | 0.028 ± 0.007 | 2 | -0.119 | 0.050 | 🔴 **misses** |" in text
+    assert "| sand | pressure (kPa) | 40 mm plate, 10 mm | 7.90 ± 0.00 | 7.70 | 2 | 0.20 | – | no criterion |" in text
+    assert "| sand | F_DP/W | within 0.05 | 0 | 1 | 0 | 0 |" in text
+    assert "- near to its images" in text.split("## Plate")[1]
+
+
+def test_the_page_is_green_only_if_no_point_misses(tmp_path):
+    sign = point_of("drawbar_sign", "not decided", 0.001, 0.028, allowed=np.nan)
+    away = point_of("sinkage_m", "not run", np.nan, 0.02, slip=0.9, n_beds=0)
+    assert "🟢 1 of 1 verdicts agree; 1 not decided, 1 not run." in beside(tmp_path, SINKAGE, sign, away)
+    assert "**No measured point has a verdict.**" in beside(tmp_path, sign)
+
+
+def shown(figure):
+    """Label -> x, y of what is drawn, for each axes of a figure."""
+    found = []
+    for axes in figure.axes:
+        labelled = zip(*axes.get_legend_handles_labels(), strict=True)
+        found.append({label: np.array(getattr(drawn, "lines", [drawn])[0].get_data()) for drawn, label in labelled})
+    return found
+
+
+def test_measured_points_and_the_handbooks_line_are_drawn_at_their_values():
+    table = wheel_table(rows("wheel_run", seed=[1], radius_m=[0.1], asked_slip=[0.5]), [travelled(3.0)], BEDS)
+    points = [SINKAGE, SINKAGE | {"case": "clay"}, point_of("drawbar_ratio", "misses", 0.0, 0.03, slip=0.9, measured_sd=0.01)]
+    line = rows("wheel_handbook", case=["", ""], slip=[0.0, 0.5], sinkage_m=[0.021, 0.023], drawbar_ratio=[-0.2, np.nan])
+    pull, torque, sinkage = shown(figures.against_slip(table, pd.DataFrame(points), line))
+    assert pull["measured"].tolist() == [[0.9], [0.03]]
+    assert sinkage["measured"] == pytest.approx(np.array([[0.5], [20.1]]))  # once, of two cases
+    assert torque["measured"].size == 0
+    names = [axes.get_ylabel() for axes in figures.against_slip(table, pd.DataFrame(points), line).axes]
+    assert names == ["drawbar pull over load", "torque over load and radius", "sinkage (mm)"]
+    assert sinkage["handbook"] == pytest.approx(np.array([[0.0, 0.5], [21.0, 23.0]]))
+    drawn = figures.against_slip(table, pd.DataFrame(points)).axes[0].containers[-1]
+    ((low, high),) = (segment[:, 1] for segment in drawn[2][0].get_segments())
+    assert (low, high) == (pytest.approx(0.02), pytest.approx(0.04))
+
+
+def test_measured_pressures_are_drawn_by_diameter():
+    runs = rows("press_run", seed=[1], diameter_m=[0.04], depth_m=[0.025])
+    points = [
+        point_of("pressure_pa", "agrees", 8e3, 7.7e3, **PRESSURE),
+        point_of("pressure_growth", "agrees", 2.0, 2.0, **PRESSURE),
+    ]
+    (axes,) = shown(figures.pressed(runs, [pressed(2e6, 1.2)], "plate", pd.DataFrame([*points, SINKAGE])))
+    assert axes["measured, 40 mm"] == pytest.approx(np.array([[10.0], [7.7]]))
+
+
+def test_the_page_says_what_the_handbooks_line_is_made_of(tmp_path):
+    values = {
+        "case": ["", ""],
+        "diameter_m": [0.06] * 2,
+        "k_pa_m_n": [3.6e6] * 2,
+        "n": [1.34] * 2,
+        "friction_angle_deg": [29.0] * 2,
+    }
+    values |= {"cohesion_pa": [0.0] * 2, "shear_displacement_m": [0.01] * 2, "slip": [0.0, 0.5], "sinkage_m": [0.02, np.nan]}
+    line = rows("wheel_handbook", **values)
+    text = beside(tmp_path, handbook=line)
+    assert "k = 3.6e+06 Pa/mⁿ and n = 1.34 of the measured plate of 60 mm; stated: φ = 29°, c = 0 Pa, K = 10 mm." in text
+    assert "Its line ends where the wheel would sink to its axle." in text
+    assert "Beside measurements" not in text
+    assert "of the simulated plate of 60 mm on sand" in beside(tmp_path, handbook=line.assign(case="sand"))
+    assert "No plate gave a law" in beside(tmp_path, handbook=line[:0])
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (None, "Bulk density of the beds 1320 to 1340 kg/m³."),
+        (1330.0, "Bulk density of the beds 1320 to 1340 kg/m³, asked for 1330 kg/m³."),
+        (1300.0, "Bulk density of the beds 1320 to 1340 kg/m³, **asked for 1300 kg/m³: off by 3.1 %**."),
+    ],
+)
+def test_beds_that_miss_their_density_are_said_to(asked, said):
+    assert density(pd.DataFrame({"bulk_density_kg_m3": [1340.0, 1320.0]}), asked) == said

@@ -74,9 +74,51 @@ def test_a_study_without_a_calibration_is_told_what_to_run(tmp_path):
     assert "calibration of case sand is missing (results/toy/calibration.parquet)" in result.stdout + result.stderr
 
 
+#: What the toy's beds, runs and plate stand beside.
+MEASURED = {
+    "wheel.csv": "slip,load_n,drawbar_pull_n,sinkage_m\n0.5,0.1,0.01,0.004\n0.75,0.1,0.01,0.005\n",
+    "plates.csv": "diameter_m,sinkage_m,pressure_pa\n" + "".join(f"0.008,{z},{3e6 * z}\n" for z in (1e-3, 2e-3, 3e-3, 4e-3)),
+}
+
+
+def beside(folder: Path) -> dict:
+    """Sections wheel and plate of the toy with measurements, a handbook's line, and beds of a stated density."""
+    for name, text in MEASURED.items():
+        (folder / name).write_text(text)
+    wheel = {"measured": {"file": "wheel.csv", "source": "J. Doe 2001"}, "handbook": {"friction_angle_deg": 30.0}}
+    wheel["bed"] = TOY["wheel"]["bed"] | {"bulk_density_kg_m3": 1350.0}
+    measured = {"file": "plates.csv", "source": "J. Doe 2001", "compared_m": [0.001, 0.003]}
+    return {"wheel": wheel, "plate": {"measured": measured}}
+
+
+def test_measurements_that_cannot_be_meant_are_refused_before_a_bed_is_prepared(tmp_path):
+    calibration(tmp_path / "results/toy/calibration.parquet")
+    changes = beside(tmp_path)
+    (tmp_path / "wheel.csv").write_text("slip,load_n,sinkage_m\n0.5,0.1,4\n")
+    result = snakemake(tmp_path, "-n", "wheel", **changes)
+    assert result.returncode != 0
+    assert "wheel.csv, line 2: sinkage_m is 4; allowed: 0 to the wheel's radius, 0.01 m" in result.stdout + result.stderr
+    changes["wheel"]["measured"]["file"] = "none.csv"
+    missing = snakemake(tmp_path, "-n", "wheel", **changes)
+    assert "none.csv: cannot be read" in missing.stdout + missing.stderr
+
+
+def test_the_density_is_sought_once_for_all_beds_of_a_case(tmp_path):
+    calibration(tmp_path / "results/toy/calibration.parquet")
+    changes = beside(tmp_path)
+    changes["wheel"]["bed"] |= {"seeds": [1, 2, 3]}
+    result = snakemake(tmp_path, "-n", "wheel", **changes)
+    jobs = planned(result.stdout + result.stderr)
+    assert {name: jobs.get(name) for name in ("steer_density", "prepare_bed")} == {"steer_density": 1, "prepare_bed": 3}
+    changes["wheel"]["bed"] |= {"preparation_friction_ratio": 0.5}
+    refused = snakemake(tmp_path, "-n", "wheel", **changes)
+    assert "wheel.bed.preparation_friction_ratio is 0.5; allowed: 1 with wheel.bed.bulk" in refused.stdout + refused.stderr
+
+
 def test_a_toy_wheel_runs_from_the_calibration_to_its_tables(tmp_path):
     calibration(tmp_path / "results/toy/calibration.parquet")
-    result = snakemake(tmp_path, "-c1", "wheel")
+    changes = beside(tmp_path)
+    result = snakemake(tmp_path, "-c1", "wheel", **changes)
     logs = "\n".join(path.read_text() for path in tmp_path.glob("logs/toy/wheel/**/*.log"))
     assert result.returncode == 0, result.stderr[-3000:] + logs
     tables = {name: read_table(str(tmp_path / f"results/toy/{name}.parquet"), name) for name in ("wheel", "plate", "cone")}
@@ -98,5 +140,19 @@ def test_a_toy_wheel_runs_from_the_calibration_to_its_tables(tmp_path):
     page = (tmp_path / "results/toy/wheel.md").read_text(encoding="utf-8")
     assert page.startswith("The soil's answer is confirmed")
     assert (tmp_path / "results/toy/wheel/figures/wheel.png").stat().st_size > 5000
-    again = snakemake(tmp_path, "-n", "wheel", "plate", "cone")
+    (found,) = read_table(str(tmp_path / "results/toy/wheel/sand/preparation.parquet"), "wheel_preparation").to_dict("records")
+    assert found["bulk_density_kg_m3"] == pytest.approx(1350.0, abs=0.0031 * 2500.0)
+    assert run["preparation_friction_ratio"] == found["preparation_friction_ratio"] != 1.0
+    points = read_table(str(tmp_path / "results/toy/wheel_measured.parquet"), "wheel_measured")
+    sinkage = points[points["quantity"] == "sinkage_m"].set_index("slip")
+    assert sinkage["predicted"].loc[0.5] == run["sinkage_m"]
+    assert sinkage["verdict"].loc[0.75] == "not run"
+    pressures = points[points["quantity"] == "pressure_pa"]
+    assert (pressures["verdict"].iloc[:3].isin(["agrees", "misses"])).all()
+    assert pressures["verdict"].iloc[3] == "no criterion"
+    line = read_table(str(tmp_path / "results/toy/wheel_handbook.parquet"), "wheel_handbook")
+    assert (line["n"].iloc[0], round(line["slip"].max(), 6)) == (pytest.approx(1.0, abs=1e-6), 0.55)
+    assert "- J. Doe 2001" in page
+    assert "asked for 1350 kg/m³" in page
+    again = snakemake(tmp_path, "-n", "wheel", "plate", "cone", **changes)
     assert "Nothing to be done" in again.stdout + again.stderr

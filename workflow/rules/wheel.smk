@@ -278,6 +278,7 @@ rule wheel_report:
         f"{LOGS}/wheel/wheel_report.log",
     params:
         verdicts=verdicts,
+        asked_density_kg_m3=WHEEL["bed"]["bulk_density_kg_m3"],
         sources=[WHEEL["measured"]["source"], PLATE["measured"]["source"]],
         code=CODE.of_script("wheel_report"),
     message:

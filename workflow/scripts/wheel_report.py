@@ -18,6 +18,7 @@ if __name__ == "__main__":
         measured=read_table(files["measured"], "wheel_measured") if files["measured"] else None,
         handbook=read_table(files["handbook"], "wheel_handbook") if files["handbook"] else None,
         sources=tuple(source for source in snakemake.params.sources if source),
+        asked_density_kg_m3=snakemake.params.asked_density_kg_m3,
         histories={tool: [read_table(p, f"{of_tool[tool]}_history") for p in files[f"{tool}_histories"]] for tool in tools},
     )
     write_page(results, Path(snakemake.output.page), Path(snakemake.output.figures[0]).parent)

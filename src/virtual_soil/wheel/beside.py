@@ -25,8 +25,8 @@ AGREES, MISSES, UNDECIDED, NOT_RUN, NO_CRITERION = "agrees", "misses", "not deci
 OF_WHEEL = ("sinkage_m", "drawbar_ratio", "drawbar_sign", "traction_coefficient")
 #: Case -> diameter and law of the plate that the handbook's wheel takes.
 Laws = dict[str, tuple[float, PowerLaw]]
-#: Slips of the handbook's line: the runs' and nothing nearer to locked or spinning.
-LINE_SLIPS, N_LINE = (-0.95, 0.95), 60
+#: Slips of the handbook's line: the runs' and a little beyond, but nothing nearer to locked or spinning.
+LINE_SLIPS, BEYOND, N_LINE = (-0.95, 0.95), 0.05, 60
 
 
 def beds_mean(values: pd.Series, errors: pd.Series) -> tuple[float, float, int]:
@@ -110,7 +110,7 @@ def plate_points(
     pairs = list(histories_by(histories, runs))
     rows = []
     for case in dict.fromkeys(runs["case"]):
-        mine = [(run, history) for run, history in pairs if run["case"] == case and run["status"] == "done"]
+        mine = [(run, history) for run, history in pairs if run["case"] == case]
         of_case = []
         for _, test in measured.iterrows():
             diameter, sinkage = float(test["diameter_m"]), float(test["sinkage_m"])
@@ -204,7 +204,7 @@ def handbook_table(
     strength = Strength(**{name: handbook[name] for name in Strength.__dataclass_fields__})
     measured = None if measured_file is None else read_plates(measured_file, gravity_m_s2)
     wheel, slips = tables["wheel"].iloc[0], tables["wheel"]["asked_slip"].dropna()
-    low, high = (slips.min(), slips.max()) if len(slips) else LINE_SLIPS
+    low, high = (slips.min() - BEYOND, slips.max() + BEYOND) if len(slips) else LINE_SLIPS
     line = np.linspace(max(low, LINE_SLIPS[0]), min(high, LINE_SLIPS[1]), N_LINE)
     size = (float(wheel["applied_load_n"]), float(wheel["radius_m"]), float(wheel["width_m"]))
     rows = []

@@ -56,9 +56,9 @@ def against_slip(table: pd.DataFrame, measured: pd.DataFrame | None = None, hand
                 axes.plot(means.index, factor * means, color=style(case, cases, 0)["color"], linewidth=0.9)
         if handbook is not None:
             for case, line in handbook.groupby("case", sort=False):
-                label = "handbook" + (f", plates of {case}" if case else "")
-                colour = style(case, cases, 0)["color"] if case else MEASURED["color"]
-                axes.plot(line["slip"], factor * line[column], color=colour, linewidth=1.0, linestyle="--", label=label)
+                look = {"color": style(case, cases, 0)["color"] if case else MEASURED["color"], "linewidth": 1.0, "linestyle": "--"}
+                of_whom = "handbook" + (f", plates of {case}" if case else "")
+                axes.plot(line["slip"], factor * line[column], label=of_whom, **look)
         if tests is not None:
             points = tests[tests["quantity"] == column].drop_duplicates("slip")
             axes.errorbar(points["slip"], factor * points["measured"], bars(factor, points), label="measured", **MEASURED)

@@ -46,7 +46,7 @@ class Row(NamedTuple):
 
     def demand(self, condition: bool, name: str, allowed: str) -> None:
         """Raise CalibrationError naming file, line, column and value, unless the condition holds."""
-        demand(condition, f"{self.place}: {name}", f"{self.values[name]:g}", allowed)
+        demand(condition, f"{self.place}: {name}", f"{self.values.get(name, math.nan):g}", allowed)
 
 
 def sd_name(name: str) -> str:

@@ -16,6 +16,8 @@ from virtual_soil.wheel.soil import is_confirmed
 
 #: Runs whose balance of momentum is worse than this are named.
 LARGEST_RESIDUAL = 1e-5
+#: Beds may differ by this share from the bulk density that was asked for; it is found on columns, to half a hundredth.
+DENSITY_TOLERANCE = 0.015
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,7 @@ class Results:
     """Tables by tool ("wheel", "plate", "cone"; those that were run), runs and histories one by one.
 
     verdicts : case -> prediction and match of its answer. measured : of schema wheel_measured, handbook : of schema wheel_handbook,
-    if there are any. sources : of the measurements.
+    if there are any. sources : of the measurements. asked_density_kg_m3 : bulk density that was asked for, if one was.
     """
 
     verdicts: dict[str, list[str]]
@@ -33,6 +35,7 @@ class Results:
     measured: pd.DataFrame | None = None
     handbook: pd.DataFrame | None = None
     sources: tuple[str, ...] = ()
+    asked_density_kg_m3: float | None = None
 
 
 def write_page(results: Results, page: Path, folder: Path) -> None:
@@ -40,6 +43,7 @@ def write_page(results: Results, page: Path, folder: Path) -> None:
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
     parts = [first_line(results.verdicts), "# Wheel, plates and cone on the calibrated soil", assumptions(results.tables["wheel"])]
+    parts += [density(results.tables["wheel"], results.asked_density_kg_m3)]
     parts += wheel_section(results, page, folder)
     if results.handbook is not None:
         parts += [handbook_section(results.handbook)]
@@ -82,6 +86,17 @@ def assumptions(table: pd.DataFrame) -> str:
         "the scatter of beds, which their points show, nor the calibration's uncertainty, nor that of grain size and speed."
     )
     return f"{text}\n\n{warned(table)}"
+
+
+def density(table: pd.DataFrame, asked_kg_m3: float | None) -> str:
+    """Bulk density of the beds beside the one that was asked for, if one was."""
+    low, high = table["bulk_density_kg_m3"].min(), table["bulk_density_kg_m3"].max()
+    text = f"Bulk density of the beds {low:.0f} to {high:.0f} kg/m³"
+    if asked_kg_m3 is None:
+        return f"{text}."
+    off = max(abs(low / asked_kg_m3 - 1.0), abs(high / asked_kg_m3 - 1.0))
+    said = f"asked for {asked_kg_m3:.0f} kg/m³"
+    return f"{text}, {said}." if off <= DENSITY_TOLERANCE else f"{text}, **{said}: off by {100 * off:.1f} %**."
 
 
 def warned(table: pd.DataFrame) -> str:
