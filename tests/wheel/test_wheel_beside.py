@@ -140,7 +140,7 @@ def test_the_table_has_the_points_of_both_files(tmp_path):
 def line_of(plates, tmp_path=None, **changes):
     runs, histories = plates_of(pressed(2e6, 1.2), pressed(9e6, 1.4))
     tables = {"wheel": driven(1.0), "plate": plate_table(runs, histories, BEDS)}
-    handbook = defaults(Handbook) | {"friction_angle_deg": 30.0, "plates": plates} | changes
+    handbook = defaults(Handbook) | {"internal_friction_angle_deg": 30.0, "plates": plates} | changes
     file = None if tmp_path is None else str(tmp_path / "plates.csv")
     return check_table(beside.handbook_table(tables, handbook, file, 0.025, 9.81), "wheel_handbook", "line")
 

@@ -10,7 +10,7 @@ from virtual_soil.calibration.errors import CalibrationError
 from virtual_soil.wheel.handbook import Strength, curve, loads, wheel
 
 R, B = 0.058, 0.050
-NONE = Strength(friction_angle_deg=0.0)
+NONE = Strength(internal_friction_angle_deg=0.0)
 FLAT = (0.0, 0.0)  # the largest stress stands below the axle
 
 
@@ -37,14 +37,14 @@ def test_without_shear_and_with_a_linear_law_the_load_is_that_of_a_segment():
 
 def test_full_strength_gives_the_torque_of_friction():
     """T = R^2 b tan(phi) int sigma once K is nothing; int sigma of a linear law is k R (sin theta_1 - theta_1 cos theta_1)."""
-    entry, strength = 0.7, Strength(friction_angle_deg=35.0, shear_displacement_m=1e-9)
+    entry, strength = 0.7, Strength(internal_friction_angle_deg=35.0, shear_displacement_m=1e-9)
     found = loads(entry, 0.5, R, B, law(1e6, 1.0), strength, FLAT)
     normal = 1e6 * R * (math.sin(entry) - entry * math.cos(entry))
     assert found.torque_n_m == pytest.approx(R**2 * B * math.tan(math.radians(35.0)) * normal, rel=1e-6)
 
 
 def test_the_soil_brakes_a_wheel_that_is_nearly_locked_with_all_its_strength():
-    entry, strength = 0.7, Strength(friction_angle_deg=35.0, shear_displacement_m=1e-3)
+    entry, strength = 0.7, Strength(internal_friction_angle_deg=35.0, shear_displacement_m=1e-3)
     locked, spinning = (loads(entry, s, R, B, law(1e6, 1.0), strength, FLAT).torque_n_m for s in (-0.9999, 0.9999))
     full = R**2 * B * math.tan(math.radians(35.0)) * 1e6 * R * (math.sin(entry) - entry * math.cos(entry))
     assert locked == pytest.approx(-full, rel=1e-3)
@@ -59,7 +59,7 @@ def test_the_stress_is_as_large_behind_its_summit_as_ahead_of_it():
 
 
 def test_the_wheel_carries_its_load_and_sinks_deeper_under_more():
-    strength = Strength(friction_angle_deg=29.0)
+    strength = Strength(internal_friction_angle_deg=29.0)
     light, heavy = (wheel(0.2, load, R, B, law(3e6, 1.3), strength) for load in (10.0, 30.0))
     entry = math.acos(1.0 - heavy.sinkage_m / R)
     assert loads(entry, 0.2, R, B, law(3e6, 1.3), strength).vertical_n == pytest.approx(30.0, rel=1e-6)
@@ -67,7 +67,7 @@ def test_the_wheel_carries_its_load_and_sinks_deeper_under_more():
 
 
 def test_more_slip_gives_more_pull_and_torque():
-    rows = curve([-0.5, -0.2, 0.0, 0.2, 0.4], 10.0, R, B, law(3e7, 1.3), Strength(friction_angle_deg=35.0))
+    rows = curve([-0.5, -0.2, 0.0, 0.2, 0.4], 10.0, R, B, law(3e7, 1.3), Strength(internal_friction_angle_deg=35.0))
     for name in ("drawbar_ratio", "traction_coefficient"):
         assert (np.diff([row[name] for row in rows]) > 0.0).all()
 
@@ -78,14 +78,14 @@ def test_the_sand_of_the_published_tests_has_the_numbers_that_were_derived_for_i
     k and n are fitted to C. Pavlov's 60 mm plate between 5 and 25 mm. The range and the a0, a1 of the other computation are not
     known: sinkages differ by 1.5 mm and ratios by 0.01.
     """
-    rows = curve([0.0, 0.23, 0.5], 24.5, R, B, law(3.594e6, 1.337), Strength(friction_angle_deg=29.0))
+    rows = curve([0.0, 0.23, 0.5], 24.5, R, B, law(3.594e6, 1.337), Strength(internal_friction_angle_deg=29.0))
     assert rows[0]["sinkage_m"] == pytest.approx(0.022, abs=2e-3)
     assert [row["drawbar_ratio"] for row in rows] == pytest.approx([-0.19, -0.09, -0.05], abs=0.012)
     assert 24.5 * R * rows[2]["traction_coefficient"] == pytest.approx(0.60, abs=0.03)
 
 
 def test_a_curve_ends_where_there_is_no_such_wheel():
-    rows = curve([-1.0, 0.0], 10.0, R, B, law(3e6, 1.3), Strength(friction_angle_deg=29.0))
+    rows = curve([-1.0, 0.0], 10.0, R, B, law(3e6, 1.3), Strength(internal_friction_angle_deg=29.0))
     assert math.isnan(rows[0]["sinkage_m"])
     assert rows[1]["sinkage_m"] > 0.0
     assert math.isnan(curve([0.2], 1e4, R, B, law(1e6, 1.0), NONE)[0]["drawbar_ratio"])
@@ -101,4 +101,4 @@ def test_a_curve_ends_where_there_is_no_such_wheel():
 )
 def test_a_wheel_that_the_handbook_does_not_know_is_refused(slip, load, message):
     with pytest.raises(CalibrationError, match=message):
-        wheel(slip, load, R, B, law(1e6, 1.0), Strength(friction_angle_deg=29.0))
+        wheel(slip, load, R, B, law(1e6, 1.0), Strength(internal_friction_angle_deg=29.0))

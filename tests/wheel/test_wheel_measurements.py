@@ -171,7 +171,7 @@ def sections(**changes):
 def test_the_studys_own_files_are_sound():
     wheel, plates = str(EXAMPLES / "cmu_wheel.csv"), str(EXAMPLES / "cmu_plates.csv")
     named = {"wheel__measured__file": wheel, "wheel__measured__source": "a", "plate__measured__file": plates}
-    named |= {"plate__measured__source": "b", "wheel__handbook__friction_angle_deg": 29.0}
+    named |= {"plate__measured__source": "b", "wheel__handbook__internal_friction_angle_deg": 29.0}
     assert checked_files(*sections(**named)) == [wheel, plates]
     assert checked_files(*sections()) == []
 
@@ -183,11 +183,15 @@ def test_the_studys_own_files_are_sound():
         ({"plate__measured__source": "a"}, r"plate\.measured\.file is None; allowed: a file, as there is a source"),
         ({"plate__measured__compared_m": [0.02, 0.01]}, r"plate\.measured\.compared_m is \[0\.02, 0\.01\]; allowed: a lower"),
         (
-            {"wheel__handbook__friction_angle_deg": 30.0},
+            {"wheel__handbook__internal_friction_angle_deg": 30.0},
             r"wheel\.handbook\.plates is measured; allowed: measured with plate\.measured\.file, or simulated",
         ),
         (
-            {"wheel__handbook__friction_angle_deg": 30.0, "wheel__handbook__plates": "simulated", "plate__diameters_m": []},
+            {
+                "wheel__handbook__internal_friction_angle_deg": 30.0,
+                "wheel__handbook__plates": "simulated",
+                "plate__diameters_m": [],
+            },
             r"wheel\.handbook\.plates is simulated; allowed",
         ),
     ],

@@ -194,7 +194,7 @@ def test_the_page_says_what_the_handbooks_line_is_made_of(tmp_path):
         "diameter_m": [0.06] * 2,
         "k_pa_m_n": [3.6e6] * 2,
         "n": [1.34] * 2,
-        "friction_angle_deg": [29.0] * 2,
+        "internal_friction_angle_deg": [29.0] * 2,
     }
     values |= {"cohesion_pa": [0.0] * 2, "shear_displacement_m": [0.01] * 2, "slip": [0.0, 0.5], "sinkage_m": [0.02, np.nan]}
     line = rows("wheel_handbook", **values)

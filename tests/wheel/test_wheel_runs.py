@@ -20,9 +20,12 @@ from virtual_soil.wheel.runs import (
     press_row,
     push_cone,
     recorded,
+    steer_density,
     store,
     store_bed,
+    store_preparation,
     wheel_row,
+    with_preparation,
 )
 
 ROW = {
@@ -139,3 +142,22 @@ def test_a_tool_that_does_not_fit_its_bed_is_refused_in_one_line(prepared, tmp_p
         with pytest.raises(CalibrationError, match=message) as refusal:
             run()
         assert "\n" not in str(refusal.value)
+
+
+def test_a_density_that_these_grains_do_not_reach_is_refused_with_what_they_reach():
+    message = (
+        r"wheel\.bed\.bulk_density_kg_m3 is 1000, with grains of 2500 kg/m3: solid_fraction of the bed is 0\.4; "
+        r"allowed: 0\.\d+ to 0\.\d+, as these grains pack with 4 times their friction and with none"
+    )
+    with pytest.raises(CalibrationError, match=message) as refusal:
+        steer_density(JOB, 1, 1000.0)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_bed_is_prepared_with_the_ratio_that_was_found(tmp_path):
+    path = str(tmp_path / "preparation.parquet")
+    row = {"asked_bulk_density_kg_m3": 1400.0, "preparation_friction_ratio": 1.75, "solid_fraction": 0.56}
+    store_preparation("sand", row | {"bulk_density_kg_m3": 1401.0}, path, {})
+    bed = {"length_m": 1.0, "preparation_friction_ratio": 1.0}
+    assert with_preparation(bed, path) == {"length_m": 1.0, "preparation_friction_ratio": 1.75}
+    assert with_preparation(bed, None) == bed

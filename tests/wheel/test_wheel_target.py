@@ -85,7 +85,7 @@ def beside(folder: Path) -> dict:
     """Sections wheel and plate of the toy with measurements, a handbook's line, and beds of a stated density."""
     for name, text in MEASURED.items():
         (folder / name).write_text(text)
-    wheel = {"measured": {"file": "wheel.csv", "source": "J. Doe 2001"}, "handbook": {"friction_angle_deg": 30.0}}
+    wheel = {"measured": {"file": "wheel.csv", "source": "J. Doe 2001"}, "handbook": {"internal_friction_angle_deg": 30.0}}
     wheel["bed"] = TOY["wheel"]["bed"] | {"bulk_density_kg_m3": 1350.0}
     measured = {"file": "plates.csv", "source": "J. Doe 2001", "compared_m": [0.001, 0.003]}
     return {"wheel": wheel, "plate": {"measured": measured}}

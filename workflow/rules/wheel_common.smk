@@ -29,7 +29,7 @@ WHEEL["measured"]["file"], PLATE["measured"]["file"] = (
     for file in (WHEEL["measured"]["file"], PLATE["measured"]["file"])
 )
 IS_MEASURED = not (WHEEL["measured"]["file"] is PLATE["measured"]["file"] is None)
-HAS_HANDBOOK = WHEEL["handbook"]["friction_angle_deg"] is not None
+HAS_HANDBOOK = WHEEL["handbook"]["internal_friction_angle_deg"] is not None
 # Tools of the page: the wheel, and those of plates and cone that have runs.
 TOOLS = ["wheel", *(["plate"] if PLATE_RUNS else []), *(["cone"] if CONE_RUNS else [])]
 

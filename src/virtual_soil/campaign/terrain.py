@@ -85,7 +85,9 @@ class MeasuredPlates:
 class Handbook:
     """The handbook's rigid wheel (Wong & Reece 1967), a line beside the runs."""
 
-    friction_angle_deg: float | None = setting("friction angle of the soil; null: no line", None, minimum=0, below=90)
+    internal_friction_angle_deg: float | None = setting(
+        "angle of internal friction of the soil; null: no line", None, minimum=0, below=90
+    )
     cohesion_pa: float = setting("cohesion of the soil", 0.0, minimum=0, usual=(0.0, 1e6))
     shear_displacement_m: float = setting(
         "shear displacement K at which 63 % of the strength is mobilised", 0.01, above=0, usual=(1e-4, 0.2)

@@ -13,7 +13,7 @@ read. Under the rim, at an angle theta from the vertical, positive ahead of the 
 | R, b | radius_m, width_m | of the rim |
 | s | slip | 1 - v / (Omega R) of a driven wheel, Omega R / v - 1 of one that skids |
 | k, n | k_pa_m_n, n | law p = k z^n of a plate; z is the sinkage in m |
-| c, phi | cohesion_pa, friction_angle_deg | strength |
+| c, phi | cohesion_pa, internal_friction_angle_deg | strength |
 | K | shear_displacement_m | displacement at which 63 % of the strength is mobilised |
 | theta_1, theta_m | - | where the rim enters the soil; where sigma is largest: (a0 + a1 s) theta_1 |
 
@@ -46,7 +46,7 @@ ENTRY = (1e-4, 0.5 * math.pi)
 class Strength:
     """Strength of the soil, and the displacement that mobilises it."""
 
-    friction_angle_deg: float
+    internal_friction_angle_deg: float
     cohesion_pa: float = 0.0
     shear_displacement_m: float = 0.01
 
@@ -85,7 +85,7 @@ def loads(
     """Loads of a wheel that meets the soil at theta_1 = entry_rad; law : of a plate. largest : a0 and a1 of theta_m."""
     turn, summit = speed_ratio(slip), min(max(largest[0] + largest[1] * slip, 0.0), 1.0) * entry_rad
     nodes, weights = np.polynomial.legendre.leggauss(N_NODES)
-    friction = math.tan(math.radians(strength.friction_angle_deg))
+    friction = math.tan(math.radians(strength.internal_friction_angle_deg))
     total = np.zeros(3)
     for low, high in ((0.0, summit), (summit, entry_rad)):
         if high <= low:

@@ -108,7 +108,7 @@ def handbook_section(table: pd.DataFrame) -> str:
         lines.append(
             f"- Rigid wheel after Wong & Reece 1967 (`virtual_soil.wheel.handbook`), with k = {row['k_pa_m_n']:.3g} Pa/mⁿ and "
             f"n = {row['n']:.2f} of the {'simulated' if case else 'measured'} plate of {1e3 * row['diameter_m']:.3g} mm"
-            f"{f' on {case}' if case else ''}; stated: φ = {row['friction_angle_deg']:g}°, c = {row['cohesion_pa']:g} Pa, "
+            f"{f' on {case}' if case else ''}; stated: φ = {row['internal_friction_angle_deg']:g}°, c = {row.cohesion_pa:g} Pa, "
             f"K = {1e3 * row['shear_displacement_m']:g} mm. Dashed in the figure."
         )
         if rows["sinkage_m"].isna().any():

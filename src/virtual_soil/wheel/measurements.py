@@ -247,8 +247,8 @@ def checked_files(wheel: dict, plate: dict, gravity_m_s2: float) -> list[str]:
     if plate["measured"]["file"] is not None:
         read_plates(plate["measured"]["file"], gravity_m_s2)
     handbook = wheel["handbook"]
-    if handbook["friction_angle_deg"] is not None:
+    if handbook["internal_friction_angle_deg"] is not None:
         there = {"measured": plate["measured"]["file"] is not None, "simulated": bool(plate["diameters_m"])}
-        allowed = "measured with plate.measured.file, or simulated with plate.diameters_m; or no wheel.handbook.friction_angle_deg"
+        allowed = "measured with plate.measured.file, or simulated with plate.diameters_m; or null as the handbook's angle"
         demand(there[handbook["plates"]], "wheel.handbook.plates", handbook["plates"], allowed)
     return [section["measured"]["file"] for section in (wheel, plate) if section["measured"]["file"] is not None]
