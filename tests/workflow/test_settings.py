@@ -65,6 +65,7 @@ OTHERS = {
     "wheel.cases": ["sand"],
     "wheel.mesh.file": "wheel.stl",
     "wheel.bed.bulk_density_kg_m3": 1400.0,
+    "plate.measured.compared_m": [0.01, 0.03],
     **{f"{tool}.measured.file": "tests.csv" for tool in ("wheel", "plate")},
     **{f"{tool}.measured.source": "a laboratory" for tool in ("wheel", "plate")},
     "bulk.packings": "elsewhere",
