@@ -9,13 +9,17 @@ Sources: LIGGGHTS-PUBLIC documentation, fix particletemplate/multisphere, fix pa
 particledistribution/discrete and fix multisphere; LAMMPS documentation, molecule, fix pour and fix rigid/small; YADE's manual, BodyContainer.appendClumped. Tests run LIGGGHTS and LAMMPS.
 """
 
+import itertools
 import math
+from collections.abc import Iterator
 
 from dem import Clump, Mix
 from dem.clumps.mix import Shape
 
 #: File of a card with a shape -> what it holds. A line x y z r for every sphere is what `dem.Clump.read` and other programs take.
 FILES = {"clump.txt": "spheres", "lammps_grain.mol": "molecule"}
+#: Seed of LIGGGHTS' first template: seeds are primes, one for each template.
+SEED = 15485863
 #: Of programs that were not run.
 UNKNOWN_MASS = [
     "Whether its dashpots take the mass of the grain, as virtual-soil's do, or of the sphere decides about rebounds: let two",
@@ -95,10 +99,23 @@ def of_soil(shape: Shape | None, radius_m: float, density_kg_m3: float) -> dict:
 
 
 def shapes(card: dict) -> list[dict]:
-    """Shapes of a card's grains with their shares and what their names end with in files: one for clumps, none for spheres."""
+    """Shapes of a card's grains with their shares: one for clumps, none for spheres.
+
+    suffix : end of their names in files. seed, number : of LIGGGHTS' template, number among those of clumps.
+    """
     if "shape" in card:
-        return [{"share": 1.0, "suffix": "", **card["shape"]}]
-    return [{"suffix": f"_{number}", **shape} for number, shape in enumerate(card.get("shapes", []), 1)]
+        return [{"share": 1.0, "suffix": "", "seed": SEED, "number": 1, **card["shape"]}]
+    mix = card.get("shapes", [])
+    numbers = itertools.accumulate(len(shape["spheres"]) > 1 for shape in mix)
+    return [
+        {"suffix": f"_{k}", "seed": seed, "number": int(number), **shape}
+        for k, (shape, number, seed) in enumerate(zip(mix, numbers, primes(SEED), strict=False), 1)
+    ]
+
+
+def primes(first: int) -> Iterator[int]:
+    """Primes from an odd number on."""
+    return (n for n in itertools.count(first, 2) if all(n % k for k in range(3, math.isqrt(n) + 1, 2)))
 
 
 def contact_radius_m(card: dict) -> float:
