@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from dem.clumps.records import random_orientations
 from dem.clumps.mix import Shape
+from dem.clumps.records import random_orientations
 from dem.material import require, require_vector
 
 #: Spacing of the layers in mean diameters of the largest grain: close, so that filling needs few steps, yet without contact.

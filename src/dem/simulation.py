@@ -64,10 +64,10 @@ class Grains(Rich):
     kinds: np.ndarray = None  # type: ignore[assignment]
 
     def __post_init__(self):
-        if self.wholes is None:
-            object.__setattr__(self, "wholes", np.arange(len(self.radii_m)))
-        if self.kinds is None:
-            object.__setattr__(self, "kinds", np.zeros(len(self.radii_m), np.int64))
+        n = len(self.radii_m)
+        for name, values in {"wholes": np.arange(n), "kinds": np.zeros(n, np.int64)}.items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, values)
 
     def __len__(self):
         return len(self.radii_m)

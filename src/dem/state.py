@@ -126,9 +126,7 @@ class SimulationState:
         rigid = None if self.poses is None else Rigid(self.poses, self.triangles, self.grid)
         return Scene(self.bodies, self.surfaces, self.glued, self.clumps, rigid, self.gravity, self.period)
 
-    def allocate(
-        self, grains: GrainArrays, material: np.ndarray, ids: np.ndarray, wholes: np.ndarray, kinds: np.ndarray
-    ) -> None:
+    def allocate(self, grains: GrainArrays, material: np.ndarray, ids: np.ndarray, wholes: np.ndarray, kinds: np.ndarray) -> None:
         """Copy grains into arrays of their own, with zero loads and empty lists."""
         n, types = len(ids), (float, self.widths.number, self.widths.number)
         self.grains = GrainArrays(*(aligned_zeros(values.size, types[k], k) for k, values in enumerate(grains)))

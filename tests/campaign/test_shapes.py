@@ -296,8 +296,14 @@ def test_stored_grains_of_a_mix_know_their_clumps(monkeypatch):
     ("shape", "message"),
     [
         ([], r"material.shape is \[\]; allowed: a shape, or a list of {shape, share}"),
-        ([{"shape": "sphere", "share": 0}, {"shape": "dimer", "share": 0.0}], "sum of the shares in material.shape is 0; allowed: a pos"),
-        ([{"shape": "sphere", "share": 1}, {"shape": "dimer", "share": -0.5}], r"material.shape.1.share is -0.5; allowed: a number, zero"),
+        (
+            [{"shape": "sphere", "share": 0}, {"shape": "dimer", "share": 0.0}],
+            "sum of the shares in material.shape is 0; allowed: a pos",
+        ),
+        (
+            [{"shape": "sphere", "share": 1}, {"shape": "dimer", "share": -0.5}],
+            r"material.shape.1.share is -0.5; allowed: a number, zero",
+        ),
         ([{"shape": "sphere", "share": math.inf}], "material.shape.0.share is inf; allowed: a number"),
         ([{"shape": "sphere", "share": math.nan}], "material.shape.0.share is nan; allowed: a number"),
         ([{"shape": "sphere", "share": 1}, {"shape": "cube", "share": 1}], "material.shape is cube; allowed: sphere, dimer"),
@@ -318,7 +324,9 @@ def test_a_mix_of_too_different_spheres_is_refused(tmp_path):
 
 def test_an_aspect_ratio_without_dimers_in_a_mix_is_refused():
     mix = [{"shape": "sphere", "share": 1}, {"shape": "tetra", "share": 1}]
-    with pytest.raises(CalibrationError, match="aspect_ratio is 1.5; allowed: null with material.shape sphere, tetra: only a dimer"):
+    with pytest.raises(
+        CalibrationError, match="aspect_ratio is 1.5; allowed: null with material.shape sphere, tetra: only a dimer"
+    ):
         study(shape=mix, aspect_ratio=1.5)
 
 
@@ -327,7 +335,10 @@ def test_an_aspect_ratio_without_dimers_in_a_mix_is_refused():
     [
         ([], r"material.shape: \[\] should be non-empty"),
         ([{"shape": "sphere"}], "material.shape.0: 'share' is a required property"),
-        ([{"shape": "sphere", "share": -1}], "material.shape.0.share: -1 is less than the minimum of 0. It means: share of this shape"),
+        (
+            [{"shape": "sphere", "share": -1}],
+            "material.shape.0.share: -1 is less than the minimum of 0. It means: share of this shape",
+        ),
         ([{"shape": "sphere", "share": 1, "radius_m": 1}], "material.shape.0: unknown key 'radius_m'; allowed: shape, share"),
         (3, "material.shape: 3 is not of type 'string', 'array'"),
     ],

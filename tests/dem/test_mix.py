@@ -55,6 +55,11 @@ def dropped(seed=1, **changes):
     return simulation
 
 
+def distances(places):
+    """Distances (n, n) between places (n, 3)."""
+    return np.linalg.norm(places[:, None] - places[None], axis=2)
+
+
 def kinds_of(simulation):
     """Kinds of the clumps, by the first of their members."""
     return simulation.grains.kinds[[members[0] for members in simulation.clumps.members]]
@@ -89,8 +94,7 @@ def test_every_grain_is_made_of_the_spheres_of_its_shape(no_kernels):
     for members, kind, radius in zip(clumps.members, kinds_of(simulation), clumps.radii_m, strict=True):
         spheres = radius * np.array(MIX.shapes[kind].spheres)
         assert grains.radii_m[members] == pytest.approx(spheres[:, 3])
-        lengths = [np.linalg.norm(places[:, None] - places[None], axis=2) for places in (grains.positions_m[members], spheres[:, :3])]
-        assert lengths[0] == pytest.approx(lengths[1], abs=1e-9)
+        assert distances(grains.positions_m[members]) == pytest.approx(distances(spheres[:, :3]), abs=1e-9)
 
 
 def test_the_same_seed_drops_the_same_grains_and_another_seed_others(no_kernels):
@@ -261,7 +265,9 @@ def test_spheres_of_too_different_sizes_are_refused():
         Mix((SPHERE, dust), (1.0, 1.0))
 
 
-@pytest.mark.parametrize(("kinds", "message"), [(None, "kinds of a mix is None"), ([0, 4], "kinds is .* from 0 to 3"), ([0], "kinds")])
+@pytest.mark.parametrize(
+    ("kinds", "message"), [(None, "kinds of a mix is None"), ([0, 4], "kinds is .* from 0 to 3"), ([0], "kinds")]
+)
 def test_clumps_of_a_mix_need_their_kinds(no_kernels, kinds, message):
     with pytest.raises(ValueError, match=message):
         empty().add_clumps(MIX, [(0.0, 0.0, 0.1), (0.0, 0.0, 0.2)], RADIUS_M, "soil", kinds=kinds)

@@ -349,7 +349,7 @@ def test_liggghts_inserts_a_mix_with_its_shares_by_number(make_card, tmp_path, r
     run(["liggghts"], MANY_LIGGGHTS.format(wall="", steps=1000), tmp_path)
     last = (tmp_path / "grains.txt").read_text().rpartition("ITEM: ATOMS")[2].splitlines()[1:]
     radii, speeds = np.array([line.split() for line in last], float).T
-    members = [np.isclose(radii, radius_m * r, rtol=1e-4).sum() for r in (1.0, DIMER.smallest_ratio, PEAR.smallest_ratio)]
+    members = [np.isclose(radii, radius_m * r, rtol=1e-4, atol=0.0).sum() for r in (1.0, DIMER.smallest_ratio, PEAR.smallest_ratio)]
     assert members == [50, 60, 20]
     assert speeds == pytest.approx(-0.1, rel=1e-3)  # all are integrated, none stands still or falls apart
 
@@ -372,6 +372,6 @@ def test_lammps_pours_a_mix_of_grains_of_the_union_s_moments(clumps, tmp_path):
     assert bodies[:, 0] == pytest.approx(MASS)
     moments = np.sort(bodies[:, 1:], axis=1)
     wanted = [MASS * RADIUS**2 * np.sort(shape.moments) for shape in MIX.shapes]
-    numbers = [int(np.isclose(moments, own, rtol=1e-5).all(axis=1).sum()) for own in wanted]
+    numbers = [int(np.isclose(moments, own, rtol=1e-5, atol=0.0).all(axis=1).sum()) for own in wanted]
     assert sum(numbers) == len(bodies) > 20
     assert min(numbers) > 0

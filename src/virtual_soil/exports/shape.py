@@ -6,7 +6,8 @@ The values are those of the union, overlaps counted once; programs that integrat
 the origin is the centre of mass.
 
 Sources: LIGGGHTS-PUBLIC documentation, fix particletemplate/multisphere, fix particletemplate/sphere, fix
-particledistribution/discrete and fix multisphere; LAMMPS documentation, molecule, fix pour and fix rigid/small; YADE's manual, BodyContainer.appendClumped. Tests run LIGGGHTS and LAMMPS.
+particledistribution/discrete and fix multisphere; LAMMPS documentation, molecule, fix pour and fix rigid/small; YADE's manual,
+BodyContainer.appendClumped. Tests run LIGGGHTS and LAMMPS.
 """
 
 import itertools
@@ -64,8 +65,8 @@ MIX_NOTES = {
 #: The same of mixes with spheres.
 SPHERE_NOTES = {
     "LIGGGHTS": [
-        "The mix's spheres are no bodies of fix multisphere, which refuses them: inserted, they join the group vs_spheres. Integrate",
-        "that group by nve/sphere, or they stand still.",
+        "The mix's spheres are no bodies of fix multisphere, which refuses them: inserted, they join the group vs_spheres.",
+        "Integrate that group by nve/sphere, or they stand still.",
     ],
 }
 CONTACTS = "Contacts act between spheres with their own radii, here and there."
