@@ -306,7 +306,7 @@ def test_stored_grains_of_a_mix_know_their_clumps(monkeypatch):
         ),
         ([{"shape": "sphere", "share": math.inf}], "material.shape.0.share is inf; allowed: a number"),
         ([{"shape": "sphere", "share": math.nan}], "material.shape.0.share is nan; allowed: a number"),
-        ([{"shape": "sphere", "share": 1}, {"shape": "cube", "share": 1}], "material.shape is cube; allowed: sphere, dimer"),
+        ([{"shape": "sphere", "share": 1}, {"shape": "cube", "share": 1}], "material.shape.1.shape is cube; allowed: sphere"),
     ],
 )
 def test_mixes_that_there_are_not_are_refused(shape, message):
@@ -340,6 +340,7 @@ def test_an_aspect_ratio_without_dimers_in_a_mix_is_refused():
             "material.shape.0.share: -1 is less than the minimum of 0. It means: share of this shape",
         ),
         ([{"shape": "sphere", "share": 1, "radius_m": 1}], "material.shape.0: unknown key 'radius_m'; allowed: shape, share"),
+        (["sphere"], "material.shape.0: 'sphere' is not of type 'object'. It means: a shape and its share, {shape: dimer"),
         (3, "material.shape: 3 is not of type 'string', 'array'"),
     ],
 )

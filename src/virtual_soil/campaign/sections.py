@@ -32,6 +32,7 @@ SHAPES = {
         "type": "object",
         "additionalProperties": False,
         "required": ["shape", "share"],
+        "description": "a shape and its share, {shape: dimer, share: 0.3}",
         "properties": {
             "shape": {"type": "string", "description": "sphere, dimer, trimer, tetra, or a file"},
             "share": {"type": "number", "minimum": 0, "description": "share of this shape in the number of grains"},

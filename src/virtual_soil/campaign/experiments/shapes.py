@@ -22,10 +22,10 @@ DIGITS = 9
 
 
 def mixed(shape: str | list[dict] | None) -> list[dict]:
-    """Entries {shape, share} of a `material.shape`, without those of share 0; one for a single shape, none where there is none."""
+    """Entries {shape, share, key} of a `material.shape`, without those of share 0; one for a single shape, none where is none."""
     if isinstance(shape, list):
-        return [entry for entry in shape if entry["share"] != 0.0]
-    return [] if shape is None else [{"shape": shape, "share": 1.0}]
+        return [{**entry, "key": f"material.shape.{k}.shape"} for k, entry in enumerate(shape) if entry["share"] != 0.0]
+    return [] if shape is None else [{"shape": shape, "share": 1.0, "key": "material.shape"}]
 
 
 def has_dimers(shape: str | list[dict] | None) -> bool:
@@ -52,7 +52,7 @@ def resolved(config: dict) -> dict | None:
     variables = list(config["design"]["variables"])
     others = f"others with material.shape {said}: only a {DIMER} has an aspect ratio"
     demand(dimers or "aspect_ratio" not in variables, "design.variables", variables, others)
-    shapes = [of_name(entry["shape"]) for entry in entries]
+    shapes = [of_name(entry["shape"], entry["key"]) for entry in entries]
     if all(found is None for found in shapes):
         return None
     kinds = [{"name": SPHERE} if found is None else found for found in shapes]
@@ -78,16 +78,16 @@ def check_shares(shape: str | list[dict]) -> None:
     demand(0.0 < total < math.inf, "sum of the shares in material.shape", f"{total:g}", "a positive number")
 
 
-def of_name(name: str) -> dict | None:
+def of_name(name: str, key: str) -> dict | None:
     """The shape of a preset or a file, None for spheres; raises CalibrationError naming the key."""
     if name in PRESETS:
         return None if name == SPHERE else {"name": name}
     allowed = f"{', '.join(PRESETS)}, or a file with a line `x y z r` for every sphere"
-    demand(Path(name).is_file(), "material.shape", name, allowed)
+    demand(Path(name).is_file(), key, name, allowed)
     try:
         found = Clump.read(name)
     except (OSError, ValueError) as error:  # also of a file that is no text
-        raise CalibrationError(f"material.shape: {' '.join(str(error).split())}.") from None
+        raise CalibrationError(f"{key}: {' '.join(str(error).split())}.") from None
     if found.n_spheres == 1:
         return None
     spheres = [[round(value, DIGITS) for value in sphere] for sphere in found.spheres]
