@@ -337,7 +337,7 @@ class Simulation:
 
     def add_clumps(
         self,
-        shape: Shape,
+        clump: Shape,
         positions_m,
         equivalent_radii_m,
         material: str,
@@ -352,7 +352,7 @@ class Simulation:
 
         Parameters
         ----------
-        shape : a clump, or a mix of them. positions_m : (n, 3), of the centres of mass. kinds : (n,), index of each one's shape in
+        clump : the shape, or a mix of them. positions_m : (n, 3), of the centres of mass. kinds : (n,), index of each one's shape in
             a mix, which needs them (`Mix.draw`).
         equivalent_radii_m : (n,) or a number, radii of spheres of the clumps' volume.
         orientations : (4,) or (n, 4), quaternions (w, x, y, z) of any length that turn the frame of `clump.spheres` to space; by
@@ -372,11 +372,11 @@ class Simulation:
             turns = records.unit_quaternions(orientations, len(positions))
         else:
             turns = records.random_orientations(len(positions), np.random.default_rng(seed))
-        require(kinds is not None or not isinstance(shape, Mix), "kinds of a mix", kinds, "an index of its shapes for every clump")
+        require(kinds is not None or not isinstance(clump, Mix), "kinds of a mix", kinds, "an index of its shapes for every clump")
         kinds = np.zeros(len(positions), np.int64) if kinds is None else np.asarray(kinds)
-        known = kinds.shape == (len(positions),) and bool(np.isin(kinds, np.arange(len(shape.shapes))).all())
-        require(known, "kinds", kinds.tolist(), f"{len(positions)} indices from 0 to {len(shape.shapes) - 1}")
-        self._add_clumps(shape, kinds.astype(int), positions, radii, material, turns, velocities_m_s, angular_velocities_rad_s)
+        known = kinds.shape == (len(positions),) and bool(np.isin(kinds, np.arange(len(clump.shapes))).all())
+        require(known, "kinds", kinds.tolist(), f"{len(positions)} indices from 0 to {len(clump.shapes) - 1}")
+        self._add_clumps(clump, kinds.astype(int), positions, radii, material, turns, velocities_m_s, angular_velocities_rad_s)
 
     def _add_clumps(
         self, shape, kinds, positions, radii, material, turns, velocities_m_s, angular_velocities_rad_s=(0, 0, 0), apart=False
