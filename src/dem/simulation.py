@@ -352,8 +352,8 @@ class Simulation:
 
         Parameters
         ----------
-        clump : the shape, or a mix of them. positions_m : (n, 3), of the centres of mass. kinds : (n,), index of each one's shape in
-            a mix, which needs them (`Mix.draw`).
+        clump : the shape, or a mix of them. positions_m : (n, 3), of the centres of mass.
+        kinds : (n,), index of each one's shape in a mix, which needs them (`Mix.draw`).
         equivalent_radii_m : (n,) or a number, radii of spheres of the clumps' volume.
         orientations : (4,) or (n, 4), quaternions (w, x, y, z) of any length that turn the frame of `clump.spheres` to space; by
             default both frames agree. seed : draws random orientations instead.
