@@ -15,6 +15,7 @@ True
 """
 
 from dem.checkpoint import CheckpointError, load, load_with_notes, packed, save, unpacked
+from dem.clumps.mix import Mix
 from dem.clumps.records import ClumpStates
 from dem.clumps.shape import Clump
 from dem.contact.model import work_of_adhesion
@@ -41,6 +42,7 @@ __all__ = [
     "Interaction",
     "Material",
     "Mesh",
+    "Mix",
     "Motion",
     "Rich",
     "Simulation",

@@ -15,8 +15,8 @@ import numpy as np
 
 from dem import factory, shapes
 from dem.bodies import Bodies, Glued, Surfaces
+from dem.clumps.mix import shape_of
 from dem.clumps.records import Clumps
-from dem.clumps.shape import Clump
 from dem.factory import Factory, Sizes
 from dem.jit import source_hash
 from dem.layout import GrainArrays
@@ -27,7 +27,7 @@ from dem.simulation import Simulation
 from dem.state import SimulationState
 
 #: Fields of the state that are plain values, and that are tuples of arrays.
-PLAIN = ("exchanged_j", "time_s", "n_steps", "n_left")
+PLAIN = ("exchanged_j", "time_s", "n_steps", "n_left", "n_wholes_left")
 TUPLES: dict[str, Any] = {"grains": GrainArrays, "bodies": Bodies, "surfaces": Surfaces, "glued": Glued}
 #: Arrays of an outer list with a value per entry, and per grain or slab.
 PER_ENTRY, PER_GRAIN = ("owner", "partner", "history"), ("row", "order", "slab")
@@ -139,7 +139,7 @@ def description_of(simulation: Simulation) -> dict:
 
 def arrays_of(state: SimulationState) -> dict[str, np.ndarray]:
     """Name -> array."""
-    arrays = {name: getattr(state, name) for name in ("material", "ids", "pair_table")}
+    arrays = {name: getattr(state, name) for name in ("material", "ids", "wholes", "kinds", "pair_table")}
     arrays |= {"origin": state.lists.origin, "age": state.lists.age}
     for name in TUPLES:
         arrays |= {f"{name}.{key}": value for key, value in getattr(state, name)._asdict().items()}
@@ -178,7 +178,7 @@ def restored(description: dict, arrays: dict[str, np.ndarray]) -> Simulation:
         state.entries[:] = arrays["entries"]
     tuples = {name: kind(*(arrays[f"{name}.{key}"] for key in kind._fields)) for name, kind in TUPLES.items()}
     state.bodies, state.surfaces, state.glued = tuples["bodies"], tuples["surfaces"], tuples["glued"]
-    state.allocate(tuples["grains"], arrays["material"], arrays["ids"])
+    state.allocate(tuples["grains"], *(arrays[name] for name in ("material", "ids", "wholes", "kinds")))
     if "poses.position" in arrays:
         simulation._ensure_compiled(turning=True)
         state.poses = Poses(*(arrays[f"poses.{key}"] for key in Poses._fields))
@@ -230,5 +230,5 @@ def factory_of(values: dict) -> Factory:
     region = {key: tuple(value) if isinstance(value, list) else value for key, value in values.pop("region").items()}
     sizes, velocity = Sizes(**values.pop("sizes")), tuple(values.pop("velocity_m_s"))
     shape = values.pop("shape")
-    clump = None if shape is None else Clump(shape["name"], tuple(map(tuple, shape["spheres"])), tuple(shape["moments"]))
-    return Factory(**values, region=kind(**region), sizes=sizes, velocity_m_s=velocity, shape=clump)
+    made = None if shape is None else shape_of(shape)
+    return Factory(**values, region=kind(**region), sizes=sizes, velocity_m_s=velocity, shape=made)

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from dem.clumps.mix import Shape
 from dem.clumps.records import random_orientations
-from dem.clumps.shape import Clump
 from dem.material import require, require_vector
 
 #: Spacing of the layers in mean diameters of the largest grain: close, so that filling needs few steps, yet without contact.
@@ -161,6 +161,11 @@ class BoxRegion:
         return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
 
 
+def drawn_kinds(shape: Shape | None, n: int, seed: int) -> np.ndarray:
+    """Kinds (n,) of n grains of a shape, see `dem.Mix.draw`."""
+    return np.zeros(n, np.int64) if shape is None else shape.draw(n, np.random.default_rng((seed, 2)))
+
+
 def row(low: float, high: float, spacing: float, margin: float, rng) -> np.ndarray:
     """Evenly spaced positions (k,) from low to high: at a distance from both ends, or, with rng, periodic and shifted at random."""
     if rng is None:
@@ -173,8 +178,8 @@ def row(low: float, high: float, spacing: float, margin: float, rng) -> np.ndarr
 class Factory:
     """Makes n_grains of a material at time_s, in layers from the bottom of a region, without contacts.
 
-    seed makes it reproducible; velocity_m_s is what the grains start with. shape : None for spheres, or the prototype of clumps;
-    sizes are then radii of spheres of equal volume, and orientations are random.
+    seed makes it reproducible; velocity_m_s is what the grains start with. shape : None for spheres, the prototype of clumps, or a
+    mix of them in random order; sizes are then radii of spheres of equal volume, and orientations are random.
     """
 
     n_grains: int
@@ -184,7 +189,7 @@ class Factory:
     seed: int
     time_s: float = 0.0
     velocity_m_s: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0))
-    shape: Clump | None = None
+    shape: Shape | None = None
 
     def __post_init__(self):
         require(self.n_grains > 0, "n_grains", self.n_grains, "at least 1")
@@ -195,6 +200,10 @@ class Factory:
     def smallest_m(self) -> float:
         """Radius of the smallest sphere that can occur."""
         return self.sizes.smallest_m * (1.0 if self.shape is None else self.shape.smallest_ratio)
+
+    def kinds(self) -> np.ndarray:
+        """Index of the shape of every grain (n,), 0 unless shapes are mixed."""
+        return drawn_kinds(self.shape, self.n_grains, self.seed)
 
     def orientations(self) -> np.ndarray:
         """Random quaternions (n, 4), see `dem.clumps.records`."""

@@ -13,8 +13,8 @@ import numpy as np
 from dem import compiled, ledger
 from dem.checks import SimulationError, check_finite, check_overlaps, check_ready, check_surroundings
 from dem.clumps import records
+from dem.clumps.mix import Mix, Shape
 from dem.clumps.records import ClumpStates, NewClumps
-from dem.clumps.shape import Clump
 from dem.contact.model import DAMPING_MODELS, NORMAL, ROLLING, ContactModel
 from dem.factory import Factory
 from dem.html import Rich, table
@@ -50,12 +50,24 @@ SCALE_WITHOUT_GRAVITY_M_S2 = 9.81
 
 @dataclass(frozen=True)
 class Grains(Rich):
-    """A copy of the grains' state: positions_m and velocities_m_s (n, 3), angular_velocities_rad_s (n, 3), radii_m (n,)."""
+    """A copy of the grains' state: positions_m and velocities_m_s (n, 3), angular_velocities_rad_s (n, 3), radii_m (n,).
+
+    wholes, kinds : of the whole grain that each is, or whose clump it is part of (n,): number in the order of addition, which it
+    keeps when others leave, and index of its shape in a mix. By default grains are no clumps.
+    """
 
     positions_m: np.ndarray
     velocities_m_s: np.ndarray
     angular_velocities_rad_s: np.ndarray
     radii_m: np.ndarray
+    wholes: np.ndarray = None  # type: ignore[assignment]  # set below
+    kinds: np.ndarray = None  # type: ignore[assignment]
+
+    def __post_init__(self):
+        n = len(self.radii_m)
+        for name, values in {"wholes": np.arange(n), "kinds": np.zeros(n, np.int64)}.items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, values)
 
     def __len__(self):
         return len(self.radii_m)
@@ -304,8 +316,8 @@ class Simulation:
             if factory.shape is None:
                 self._add(positions, radii, factory.material, factory.velocity_m_s, apart=apart)
             else:
-                turns, velocity = factory.orientations(), factory.velocity_m_s
-                self._add_clumps(factory.shape, positions, radii, factory.material, turns, velocity, apart=apart)
+                turns, kinds, velocity = factory.orientations(), factory.kinds(), factory.velocity_m_s
+                self._add_clumps(factory.shape, kinds, positions, radii, factory.material, turns, velocity, apart=apart)
 
     def add_grains(
         self, positions_m, radii_m, material: str, velocities_m_s=(0.0, 0.0, 0.0), angular_velocities_rad_s=(0.0, 0.0, 0.0)
@@ -325,21 +337,23 @@ class Simulation:
 
     def add_clumps(
         self,
-        clump: Clump,
+        clump: Shape,
         positions_m,
         equivalent_radii_m,
         material: str,
         *,
+        kinds=None,
         orientations=None,
         seed: int | None = None,
         velocities_m_s=(0.0, 0.0, 0.0),
         angular_velocities_rad_s=(0.0, 0.0, 0.0),
     ) -> None:
-        """Add n clumps of one shape at rest or moving; their spheres are grains that stay together.
+        """Add n clumps of one shape, or of those of a mix, at rest or moving; their spheres are grains that stay together.
 
         Parameters
         ----------
-        clump : the shape. positions_m : (n, 3), of the centres of mass.
+        clump : the shape, or a mix of them. positions_m : (n, 3), of the centres of mass.
+        kinds : (n,), index of each one's shape in a mix, which needs them (`Mix.draw`).
         equivalent_radii_m : (n,) or a number, radii of spheres of the clumps' volume.
         orientations : (4,) or (n, 4), quaternions (w, x, y, z) of any length that turn the frame of `clump.spheres` to space; by
             default both frames agree. seed : draws random orientations instead.
@@ -347,7 +361,8 @@ class Simulation:
 
         Raises
         ------
-        ValueError : what `add_grains` refuses, of all spheres; orientations together with a seed, or of length zero.
+        ValueError : what `add_grains` refuses, of all spheres; orientations together with a seed, or of length zero; kinds that are
+            no indices of shapes.
         """
         positions = np.atleast_2d(np.asarray(positions_m, float))
         radii = np.broadcast_to(np.asarray(equivalent_radii_m, float), len(positions))
@@ -357,19 +372,24 @@ class Simulation:
             turns = records.unit_quaternions(orientations, len(positions))
         else:
             turns = records.random_orientations(len(positions), np.random.default_rng(seed))
-        self._add_clumps(clump, positions, radii, material, turns, velocities_m_s, angular_velocities_rad_s)
+        require(kinds is not None or not isinstance(clump, Mix), "kinds of a mix", kinds, "an index of its shapes for every clump")
+        kinds = np.zeros(len(positions), np.int64) if kinds is None else np.asarray(kinds)
+        known = kinds.shape == (len(positions),) and bool(np.isin(kinds, np.arange(len(clump.shapes))).all())
+        require(known, "kinds", kinds.tolist(), f"{len(positions)} indices from 0 to {len(clump.shapes) - 1}")
+        self._add_clumps(clump, kinds.astype(int), positions, radii, material, turns, velocities_m_s, angular_velocities_rad_s)
 
     def _add_clumps(
-        self, clump, positions, radii, material, turns, velocities_m_s, angular_velocities_rad_s=(0, 0, 0), apart=False
+        self, shape, kinds, positions, radii, material, turns, velocities_m_s, angular_velocities_rad_s=(0, 0, 0), apart=False
     ):
-        """As `add_clumps`; positions (n, 3), radii (n,), turns (n, 4) of length 1."""
+        """As `add_clumps`; kinds (n,), positions (n, 3), radii (n,), turns (n, 4) of length 1."""
         require(material in self.materials, "material of clumps", repr(material), f"one of {list(self.materials)}")
         velocities, spins = (
             np.broadcast_to(np.asarray(v, float), (len(radii), 3)) for v in (velocities_m_s, angular_velocities_rad_s)
         )
-        new = records.new_clumps(clump, positions, radii, turns, velocities, spins, self.materials[material].density_kg_m3)
+        density = self.materials[material].density_kg_m3
+        new = records.new_clumps(shape, kinds, positions, radii, turns, velocities, spins, density)
         self._ensure_compiled(clumps=True)
-        members = records.members_of(clump, new)
+        members = records.members_of(new)
         self._add(members.positions, members.radii, material, members.velocities, members.spins, apart, new)
 
     def _add(
@@ -462,6 +482,7 @@ class Simulation:
         stays = self._state.heights >= self._floor
         if not stays.all():
             self._state.n_left += int((~stays).sum())
+            self._state.n_wholes_left += len(np.unique(self._state.wholes[~stays]))
             self._state.restructure(np.flatnonzero(stays))
 
     def run(
@@ -519,6 +540,11 @@ class Simulation:
         return self._state.n_left
 
     @property
+    def n_wholes_left(self) -> int:
+        """The same, with every clump counted once."""
+        return self._state.n_wholes_left
+
+    @property
     def mean_wall_forces_n(self) -> dict[str, np.ndarray]:
         """Wall -> mean force (3,) of the grains on it during the last call of `advance`."""
         return self._state.mean_wall_forces_n
@@ -537,7 +563,8 @@ class Simulation:
         order = np.argsort(self._state.ids)
         places, velocities = self._state.places[order], self._state.velocities[order]
         radii = places[:, RADIUS].copy()
-        return Grains(places[:, 0:3].copy(), velocities[:, :3].copy(), velocities[:, 3:] / radii[:, None], radii)
+        wholes, kinds = self._state.wholes[order], self._state.kinds[order]
+        return Grains(places[:, 0:3].copy(), velocities[:, :3].copy(), velocities[:, 3:] / radii[:, None], radii, wholes, kinds)
 
     @property
     def clumps(self) -> ClumpStates:

@@ -33,7 +33,8 @@ class SimulationState:
     ----------
     widths : of the contact lists. material_index : name -> index. pair_table : see `dem.contact.model`.
     grains, material, ids : records, index of the material (n,), number in the order of addition (n,); the order in memory may
-    differ. clumps : None until the first clump is added. walls : as they were added; bodies, surfaces, glued : as they are.
+    differ. wholes, kinds : of the whole grain that each is or is part of, number in the order of addition and index of its shape
+    in a mix (n,). clumps : None until the first clump is added. walls : as they were added; bodies, surfaces, glued : as they are.
     factories : still to run.
     entries, exchanged_j : energy ledger (None without one), and the energy that came or left with grains.
     """
@@ -48,6 +49,7 @@ class SimulationState:
     time_s: float = 0.0
     n_steps: int = 0
     n_left: int = 0
+    n_wholes_left: int = 0
     walls: list[Wall] = field(default_factory=list)
     factories: list[Factory] = field(default_factory=list)
     mean_wall_forces_n: dict[str, np.ndarray] = field(default_factory=dict)
@@ -63,7 +65,7 @@ class SimulationState:
         self.triangles: Triangles
         self.grid: Grid
         self.triangulate()
-        self.allocate(GrainArrays(np.zeros(0), np.zeros(0), np.zeros(0)), np.zeros(0, np.int64), np.zeros(0, np.int64))
+        self.allocate(GrainArrays(np.zeros(0), np.zeros(0), np.zeros(0)), *(np.zeros(0, np.int64) for _ in range(4)))
 
     # --- grains ---------------------------------------------------------------------------------------------------
 
@@ -124,13 +126,13 @@ class SimulationState:
         rigid = None if self.poses is None else Rigid(self.poses, self.triangles, self.grid)
         return Scene(self.bodies, self.surfaces, self.glued, self.clumps, rigid, self.gravity, self.period)
 
-    def allocate(self, grains: GrainArrays, material: np.ndarray, ids: np.ndarray) -> None:
+    def allocate(self, grains: GrainArrays, material: np.ndarray, ids: np.ndarray, wholes: np.ndarray, kinds: np.ndarray) -> None:
         """Copy grains into arrays of their own, with zero loads and empty lists."""
         n, types = len(ids), (float, self.widths.number, self.widths.number)
         self.grains = GrainArrays(*(aligned_zeros(values.size, types[k], k) for k, values in enumerate(grains)))
         for own, values in zip(self.grains, grains, strict=True):
             own[:] = values.ravel()
-        self.material, self.ids = material, ids
+        self.material, self.ids, self.wholes, self.kinds = material, ids, wholes, kinds
         self.loads = aligned_zeros(n * LOAD, self.widths.number, 3)
         capacity = int(n * PAIRS_PER_GRAIN) + 64
         pairs = self.new_pairs(capacity, storage.contact_capacity(n, CONTACT_SHARE * capacity))
@@ -146,12 +148,16 @@ class SimulationState:
         """
         old, held_j = self.lists, self.held_by_grains_j()
         next_id = self.ids.max(initial=-1) + 1
+        next_whole = self.wholes.max(initial=-1) + 1
         n_old, n_new = self.n_grains, len(new_material)
+        owner, kind = (np.arange(n_new), np.zeros(n_new, np.int64)) if new_clumps is None else (new_clumps.owner, new_clumps.kind)
         kept = [values.reshape(n_old, -1)[selected] for values in self.grains] if n_old else []
         self.allocate(
             GrainArrays(*(np.concatenate(parts) for parts in zip(*(part for part in (kept, new_grains) if part), strict=True))),
             np.concatenate([self.material[selected], np.asarray(new_material, np.int64)]),
             np.concatenate([self.ids[selected], next_id + np.arange(n_new)]),
+            np.concatenate([self.wholes[selected], next_whole + owner]),
+            np.concatenate([self.kinds[selected], kind[owner]]),
         )
         number = np.full(n_old, -1)
         number[selected] = np.arange(len(selected))

@@ -1,13 +1,15 @@
 """The shape of a study's grains: what it is resolved to, what it changes, and what is refused."""
 
+import json
 import math
 import re
 from types import SimpleNamespace
 
+import numpy as np
 import pandas as pd
 import pytest
 
-from dem import Clump
+from dem import Clump, Mix
 from dem.experiments import angle_of_repose
 from virtual_soil.calibration.errors import CalibrationError
 from virtual_soil.campaign.cost import SPEED_PER_S, expected_s, memory_mb
@@ -222,3 +224,133 @@ def test_the_report_says_that_grains_are_clumps():
     for shape, words in (("sphere", "Equal spheres"), ("tetra", r"rigid unions of spheres \(tetra\)")):
         said = checks.assumptions(SimpleNamespace(config=study(shape=shape), as_printed=[]))
         assert len([line for line in said if re.search(words, line)]) == 1
+
+
+# --- mixes ----------------------------------------------------------------------------------------------------------
+
+MIX = [{"shape": "sphere", "share": 3}, {"shape": "dimer", "share": 1}]
+
+
+def test_a_mix_has_its_shapes_and_shares_in_the_settings():
+    config = study(shape=MIX)
+    kinds = [{"share": 0.75, "name": "sphere"}, {"share": 0.25, "name": "dimer"}]
+    assert config["shape"] == {"name": "mix by number: 0.75 sphere, 0.25 dimer", "mix": kinds}
+    assert config["shape"] == study(shape=[{"shape": "sphere", "share": 0.75}, {"shape": "dimer", "share": 0.25}])["shape"]
+    assert json.loads(json.dumps(config["shape"])) == config["shape"]
+
+
+@pytest.mark.parametrize("experiment", EXPERIMENTS, ids=lambda experiment: experiment.NAME)
+def test_a_mix_reaches_the_grains_of_every_experiment(experiment):
+    config = study(shape=MIX)
+    mix = grains_of(config, experiment).shape
+    assert [shape.n_spheres for shape in mix.shapes] == [1, 2]
+    assert mix.fractions.tolist() == [0.75, 0.25]
+    n_spheres, steps = experiment.cost(row(config, experiment.NAME), experiment.setup(config, row(config, experiment.NAME)))
+    assert n_spheres > 0.0 < steps
+    assert as_printed(config | {"experiments": [experiment.NAME]}) == []
+
+
+def test_the_aspect_ratio_of_a_mix_is_that_of_its_dimers():
+    mix = grains_of(study(shape=MIX, aspect_ratio=1.8), aspect_ratio=1.2).shape
+    assert mix == Mix((Clump.preset("sphere"), Clump.dimer(1.2)), (0.75, 0.25))
+    assert study(shape=MIX)["material"]["aspect_ratio"] == 1.5
+    assert "aspect_ratio" not in study(shape=[{"shape": "sphere", "share": 1}, {"shape": "tetra", "share": 1}])["material"]
+
+
+def test_a_mix_of_one_shape_is_that_shape_and_of_spheres_is_spheres():
+    nothing = {"shape": "tetra", "share": 0}
+    assert study(shape=[{"shape": "dimer", "share": 0.2}, nothing])["shape"] == study(shape="dimer")["shape"]
+    assert study(shape=[{"shape": "sphere", "share": 2}, nothing])["shape"] is None
+    assert study(shape=[{"shape": "sphere", "share": 2}, {"shape": "sphere", "share": 1}])["shape"] is None
+
+
+def test_a_file_of_a_mix_is_part_of_the_settings(tmp_path):
+    file = tmp_path / "grit.txt"
+    file.write_text("0 0 0 1.0\n0.9 0 0 0.7\n")
+    config = study(shape=[{"shape": str(file), "share": 1}, {"shape": "tetra", "share": 1}])
+    file.unlink()
+    assert config["shape"]["name"] == "mix by number: 0.5 grit.txt, 0.5 tetra"
+    assert [shape.n_spheres for shape in grains_of(config).shape.shapes] == [2, 4]
+
+
+def test_a_simulation_of_a_mix_costs_its_spheres():
+    config = study(shape=MIX)
+    member = (row(config), repose.setup(config, row(config)))
+    assert repose.cost(*member)[0] == pytest.approx(1.25 * 3000)
+    assert expected_s(*member) == pytest.approx(1.3 * math.prod(repose.cost(*member)) / SPEED_PER_S)
+
+
+def test_stored_grains_of_a_mix_know_their_clumps(monkeypatch):
+    monkeypatch.setattr("dem.compiled.ensure", lambda *_, **__: None)
+    config = study(shape=MIX)
+    settings = repose.setup(config, row(config))
+    setup, soil = angle_of_repose.Setup(**settings["setup"]), soil_of(row(config), settings)
+    table = pd.DataFrame(grain_table(angle_of_repose.build(soil, setup, engine_of(settings), 1).grains, "s", soil))
+    assert table.groupby("clump").size().value_counts().to_dict() == {1: 2250, 2: 750}
+    assert grain_radii_m(table) == pytest.approx(np.full(3000, 50e-6))
+    spheres = table.groupby("clump").filter(lambda own: len(own) == 1)
+    assert spheres["radius_m"].to_numpy() == pytest.approx(50e-6)
+
+
+@pytest.mark.parametrize(
+    ("shape", "message"),
+    [
+        ([], r"material.shape is \[\]; allowed: a shape, or a list of {shape, share}"),
+        (
+            [{"shape": "sphere", "share": 0}, {"shape": "dimer", "share": 0.0}],
+            "sum of the shares in material.shape is 0; allowed: a pos",
+        ),
+        (
+            [{"shape": "sphere", "share": 1}, {"shape": "dimer", "share": -0.5}],
+            r"material.shape.1.share is -0.5; allowed: a number, zero",
+        ),
+        ([{"shape": "sphere", "share": math.inf}], "material.shape.0.share is inf; allowed: a number"),
+        ([{"shape": "sphere", "share": math.nan}], "material.shape.0.share is nan; allowed: a number"),
+        ([{"shape": "sphere", "share": 1}, {"shape": "cube", "share": 1}], "material.shape.1.shape is cube; allowed: sphere"),
+    ],
+)
+def test_mixes_that_there_are_not_are_refused(shape, message):
+    with pytest.raises(CalibrationError, match=message) as caught:
+        study(shape=shape)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_mix_of_too_different_spheres_is_refused(tmp_path):
+    file = tmp_path / "rod.txt"
+    file.write_text("".join(f"{k} 0 0 1\n" for k in range(60)) + "".join(f"{k} 0.9 0 0.11\n" for k in range(60)))
+    with pytest.raises(CalibrationError, match="material.shape: largest over smallest radius of a mix is .*; allowed: at most 20"):
+        study(shape=[{"shape": "sphere", "share": 1}, {"shape": str(file), "share": 1}])
+
+
+def test_an_aspect_ratio_without_dimers_in_a_mix_is_refused():
+    mix = [{"shape": "sphere", "share": 1}, {"shape": "tetra", "share": 1}]
+    with pytest.raises(
+        CalibrationError, match="aspect_ratio is 1.5; allowed: null with material.shape sphere, tetra: only a dimer"
+    ):
+        study(shape=mix, aspect_ratio=1.5)
+
+
+@pytest.mark.parametrize(
+    ("shape", "message"),
+    [
+        ([], r"material.shape: \[\] should be non-empty"),
+        ([{"shape": "sphere"}], "material.shape.0: 'share' is a required property"),
+        (
+            [{"shape": "sphere", "share": -1}],
+            "material.shape.0.share: -1 is less than the minimum of 0. It means: share of this shape",
+        ),
+        ([{"shape": "sphere", "share": 1, "radius_m": 1}], "material.shape.0: unknown key 'radius_m'; allowed: shape, share"),
+        (["sphere"], "material.shape.0: 'sphere' is not of type 'object'. It means: a shape and its share, {shape: dimer"),
+        (3, "material.shape: 3 is not of type 'string', 'array'"),
+    ],
+)
+def test_entries_of_a_mix_are_checked_by_the_schema(shape, message):
+    config = defaults(Study)
+    config["material"]["shape"] = shape
+    with pytest.raises(StudyError, match=message):
+        check_config(config)
+
+
+def test_the_report_says_the_shares_of_a_mix():
+    said = checks.assumptions(SimpleNamespace(config=study(shape=MIX), as_printed=[]))
+    assert any("(mix by number: 0.75 sphere, 0.25 dimer)" in line for line in said)

@@ -26,39 +26,28 @@ from virtual_soil.report.study import base_point
 CONFIG = yaml.safe_load((ROOT / "config" / "config.yaml").read_text()) | {"experiments": [test.NAME for test in EXPERIMENTS]}
 
 
-def grains_at(places, velocities=None):
+def grains_at(places, wholes=None):
     places = np.array(places, float)
-    velocities = np.zeros_like(places) if velocities is None else np.array(velocities, float)
-    return Grains(places, velocities, np.zeros_like(places), np.full(len(places), 1e-3))
+    return Grains(places, np.zeros_like(places), np.zeros_like(places), np.full(len(places), 1e-3), wholes)
+
+
+def filmed(*states):
+    shot = recording.Film("lift")
+    for k, grains in enumerate(states):
+        shot(SimpleNamespace(grains=grains, time_s=0.01 * k, wall_names=[]), "lift")
+    return [frame.numbers.tolist() for frame in shot.frames]
 
 
 def test_grains_that_fell_off_the_plate_do_not_change_the_others_numbers():
-    before = grains_at(
-        [[0, 0, 0.5], [9, 0, -0.1], [1, 0, 0.1], [9, 1, 0.1], [2, 0, 0.1]], [[0, 0, 0]] * 3 + [[0, 0, -50], [0, 0, 0]]
-    )
-    after = grains_at([[0, 0, 0.5], [1, 0, 0.1], [2, 0, 0.1]])
-    assert recording.still_there(before, after, 0.01).tolist() == [0, 2, 4]
-    shot = recording.Film("lift")
-    for time_s, grains in ((0.0, before), (0.01, after), (0.02, after)):
-        shot(SimpleNamespace(grains=grains, time_s=time_s, wall_names=[]), "lift")
-    assert [frame.numbers.tolist() for frame in shot.frames] == [[0, 1, 2, 3, 4], [0, 2, 4], [0, 2, 4]]
+    before = grains_at([[k, 0, 0.1] for k in range(5)], np.array([2, 3, 5, 6, 9]))
+    after = grains_at([[k, 0, 0.1] for k in range(3)], np.array([2, 5, 9]))
+    assert filmed(before, after, after) == [[0, 1, 2, 3, 4], [0, 2, 4], [0, 2, 4]]
 
 
-def test_clumps_that_fell_off_the_plate_are_gone_with_all_their_spheres():
-    """One clump's upper sphere is higher than the spheres of those that stay."""
-    before = grains_at([[0, 0, 0.2], [0, 0, 0.2], [9, 0, 0.3], [9, 0, -0.9], [1, 0, 0.1], [1, 0, 0.1]])
-    after = grains_at([[0, 0, 0.2], [0, 0, 0.2], [1, 0, 0.1], [1, 0, 0.1]])
-    assert recording.still_there(before, after, 0.0, n_spheres=2).tolist() == [0, 1, 4, 5]
-    shot = recording.Film("lift", n_spheres=2)
-    for time_s, grains in ((0.0, before), (0.01, after)):
-        shot(SimpleNamespace(grains=grains, time_s=time_s, wall_names=[]), "lift")
-    assert shot.frames[1].numbers.tolist() == [0, 1, 4, 5]
-
-
-def test_where_no_grain_left_all_are_still_there_whole_clumps_or_not():
-    """A drum's film shows the single grains of its lining beside clumps."""
-    grains = grains_at([[0, 0, 0.5], [0, 0, 0.1], [1, 0, 0.1]])
-    assert recording.still_there(grains, grains, 0.0, n_spheres=2).tolist() == [0, 1, 2]
+def test_clumps_of_unequal_numbers_of_spheres_are_gone_with_all_of_them():
+    before = grains_at([[k, 0, 0.2] for k in range(7)], np.array([0, 0, 1, 2, 2, 2, 3]))
+    after = grains_at([[k, 0, 0.2] for k in range(3)], np.array([0, 0, 3]))
+    assert filmed(before, after) == [[0, 1, 2, 3, 4, 5, 6], [0, 1, 6]]
 
 
 def test_a_mesh_is_drawn_by_its_edges_where_it_is_in_space():

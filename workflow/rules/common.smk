@@ -60,7 +60,7 @@ from virtual_soil.campaign.variables import (
     with_walls,
 )
 from virtual_soil.errors import InputError
-from virtual_soil.exports import PROGRAMS, SHAPE_FILES
+from virtual_soil.exports import PROGRAMS, shape_files
 
 
 def in_words(function, *arguments):
@@ -176,7 +176,11 @@ FLOORS = {
 CASES = [case["case"] for case in config["optimise"]["cases"]]
 EXPORT_FILES = [name for name, _ in PROGRAMS.values()]
 # Further files of grains that are clumps.
-CLUMP_FILES = list(SHAPE_FILES) if config["shape"] else []
+CLUMP_FILES = (
+    shape_files(len(config["shape"].get("mix", ["one shape"])))
+    if config["shape"]
+    else []
+)
 EXPORT_TEMPLATES = [
     file_of_checkout(f"src/virtual_soil/exports/{name}", CHECKOUT)
     for name in (

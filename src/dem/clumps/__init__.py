@@ -1,1 +1,4 @@
-"""Clumps: rigid unions of spheres. `shape` has the prototypes, `union` their volume and inertia, `bodies` their motion."""
+"""Clumps: rigid unions of spheres.
+
+`shape` has the prototypes, `mix` several of them, `union` their volume and inertia, `records` the arrays, `motion` how they move.
+"""

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.clumps.shape import Clump
+from dem.clumps.mix import Shape
 from dem.html import Rich
 from dem.layout import BLOCK
 from dem.material import require
@@ -44,11 +44,16 @@ class Clumps(NamedTuple):
 
 
 class NewClumps(NamedTuple):
-    """Clumps to be added: table (n, ROWS), number of members (n,), their places in the body frame (m, 3)."""
+    """Clumps to be added: table (n, ROWS), kinds (n,), number of members (n,), their places in the body frame (m, 3).
+
+    size (m,) : radii of the members in m.
+    """
 
     table: np.ndarray
+    kind: np.ndarray
     n_members: np.ndarray
     arm: np.ndarray
+    size: np.ndarray
 
     @property
     def owner(self) -> np.ndarray:
@@ -153,11 +158,14 @@ def selected(clumps: Clumps | None, number: np.ndarray, new: NewClumps | None, n
     return clumps_of(table[order], n_members[order], grain[member], arm[member], n_grains)
 
 
-def new_clumps(clump: Clump, positions, radii, quaternions, velocities, spins, density_kg_m3: float) -> NewClumps:
-    """Clumps of a prototype: positions, velocities, spins (n, 3), radii of equal volume (n,), quaternions (n, 4) of norm 1."""
-    n, spheres = len(radii), np.array(clump.spheres)
+def new_clumps(
+    shape: Shape, kinds: np.ndarray, positions, radii, quaternions, velocities, spins, density_kg_m3: float
+) -> NewClumps:
+    """Clumps of a shape's kinds (n,): positions, velocities, spins (n, 3), radii of equal volume (n,), quaternions (n, 4)."""
+    n, spheres = len(radii), np.concatenate([clump.spheres for clump in shape.shapes])
+    n_spheres = np.array([clump.n_spheres for clump in shape.shapes])
     mass = density_kg_m3 * 4.0 / 3.0 * np.pi * radii**3
-    moments = mass[:, None] * radii[:, None] ** 2 * np.array(clump.moments)
+    moments = mass[:, None] * radii[:, None] ** 2 * np.array([clump.moments for clump in shape.shapes])[kinds]
     rotation = rotation_of(quaternions)
     in_body = np.einsum("bij,bi->bj", rotation, spins)
     table = np.zeros((n, ROWS))
@@ -166,12 +174,16 @@ def new_clumps(clump: Clump, positions, radii, quaternions, velocities, spins, d
     table[:, MOMENTUM : MOMENTUM + 3] = np.einsum("bij,bj->bi", rotation, moments * in_body)
     table[:, ROTATION : ROTATION + 9] = rotation.reshape(n, 9)
     table[:, INV_MASS], table[:, INV_MOMENTS : INV_MOMENTS + 3], table[:, SIZE] = 1.0 / mass, 1.0 / moments, radii
-    arm = radii[:, None, None] * spheres[None, :, :3]
-    return NewClumps(table, np.full(n, len(spheres), np.int64), arm.reshape(-1, 3))
+    n_members = n_spheres[kinds]
+    owner = np.repeat(np.arange(n), n_members)
+    first = (np.cumsum(n_spheres) - n_spheres)[kinds]
+    members = spheres[first[owner] + np.arange(len(owner)) - (np.cumsum(n_members) - n_members)[owner]]
+    arm, size = radii[owner, None] * members[:, :3], radii[owner] * members[:, 3]
+    return NewClumps(table, kinds, n_members, arm, size)
 
 
-def members_of(clump: Clump, new: NewClumps) -> Members:
-    """Members of new clumps of a prototype."""
+def members_of(new: NewClumps) -> Members:
+    """Members of new clumps."""
     owner, spins = new.owner, angular_velocities(new.table)
     turns = rotation_of(new.table[:, QUATERNION : QUATERNION + 4])
     arms = np.einsum("mij,mj->mi", turns[owner], new.arm)
@@ -179,7 +191,7 @@ def members_of(clump: Clump, new: NewClumps) -> Members:
         positions=new.table[owner, CENTRE : CENTRE + 3] + arms,
         velocities=new.table[owner, VELOCITY : VELOCITY + 3] + np.cross(spins[owner], arms),
         spins=spins[owner],
-        radii=np.outer(new.table[:, SIZE], [r for *_, r in clump.spheres]).ravel(),
+        radii=new.size,
     )
 
 

@@ -105,6 +105,11 @@ class Clump(Rich):
         return cls(name, tuple(tuple(row) for row in places.tolist()), tuple(moments.tolist()))
 
     @property
+    def shapes(self) -> tuple["Clump", ...]:
+        """The shapes that grains have, as those of a `dem.Mix`: this one."""
+        return (self,)
+
+    @property
     def n_spheres(self) -> int:
         """Number of spheres."""
         return len(self.spheres)
@@ -118,6 +123,15 @@ class Clump(Rich):
     def smallest_ratio(self) -> float:
         """Radius of the smallest sphere over that of the sphere of equal volume."""
         return min(r for *_, r in self.spheres)
+
+    @property
+    def mean_ratio(self) -> float:
+        """Mean radius of the spheres over that of the sphere of equal volume."""
+        return float(np.mean([r for *_, r in self.spheres]))
+
+    def draw(self, n: int, _rng: np.random.Generator) -> np.ndarray:
+        """Kinds of n grains (n,), as those of a `dem.Mix`: all 0."""
+        return np.zeros(n, np.int64)
 
 
 def numbers_of(words: list[str], where: str) -> tuple[float, ...]:

@@ -160,7 +160,7 @@ def lift(state: State, soil: Soil, setup: Setup) -> None:
     """Have the tube rise from now on; the filled grains are remembered."""
     simulation = state.simulation
     if simulation.n_left:
-        raise SimulationError(f"{simulation.n_left // soil.n_spheres} grains left the tube while it was filled")
+        raise SimulationError(f"{simulation.n_wholes_left} grains left the tube while it was filled")
     state.note_grains("filled", simulation.grains)
     state.notes["lift_time_s"] = simulation.time_s
     simulation.set_interaction("soil", "soil", soil.interaction(adhesion=simulation.adhesion))
@@ -227,7 +227,7 @@ def run(
         filled=filled,
         filled_radii_m=None if soil.shape is None else soil.wholes(filled).radii_m,
         grains=simulation.grains,
-        n_lost=simulation.n_left // soil.n_spheres,
+        n_lost=simulation.n_wholes_left,
         n_steps=simulation.n_steps,
         simulated_time_s=simulation.time_s - state.notes["lift_time_s"],
         max_overlap_ratio=state.notes["max_overlap_ratio"],

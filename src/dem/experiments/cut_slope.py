@@ -198,11 +198,12 @@ def cut(state: State, soil: Soil, setup: Setup, engine: Engine, angle_deg: float
     simulation = state.simulation = unpacked(np.asarray(notes["bed"]))
     for other in ("soil", "plate"):
         simulation.set_interaction("soil", other, soil.interaction(adhesion=simulation.adhesion))
-    x, _, z = soil.wholes(simulation.grains).positions_m.T
+    grains = simulation.grains
+    x, _, z = soil.wholes(grains).positions_m.T
     run_m = (notes["level_m"] - notes["bottom_m"]) / math.tan(math.radians(angle_deg))
     down = np.clip((x - setup.crest_m) / run_m, 0.0, 1.0) if run_m > 1e-9 * setup.crest_m else (x > setup.crest_m).astype(float)
     surface = notes["level_m"] - down * (notes["level_m"] - notes["bottom_m"])
-    simulation.remove_grains(soil.n_spheres * np.flatnonzero(z > surface))  # with a sphere its clump
+    simulation.remove_grains(np.flatnonzero((z > surface)[soil.owners(grains)]))
     simulation.remove_wall("front")
     notes["angle_deg"] = angle_deg
     state.note_grains("cut", simulation.grains)
@@ -278,7 +279,7 @@ def run(
             if each is not None:
                 each(simulation, current.stage)
             if simulation.n_left:
-                raise SimulationError(f"{simulation.n_left // soil.n_spheres} grains leaked out of the slope's box")
+                raise SimulationError(f"{simulation.n_wholes_left} grains leaked out of the slope's box")
             return ended(current)
 
         return call

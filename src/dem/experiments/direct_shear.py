@@ -168,7 +168,7 @@ def run(
         if each is not None:
             each(simulation, "shear")
         if simulation.n_left:
-            raise SimulationError(f"{simulation.n_left // soil.n_spheres} grains leaked out of the shear box")
+            raise SimulationError(f"{simulation.n_wholes_left} grains leaked out of the shear box")
         return False
 
     if state.stage == "consolidate":

@@ -203,14 +203,13 @@ def open_gate(state: State, soil: Soil, setup: Setup, engine: Engine) -> None:
     """Glue the grains on the floor to it, give all their own friction, and remove the gate; the filled box is remembered."""
     simulation, grains = state.simulation, state.simulation.grains
     if simulation.n_left:
-        raise SimulationError(
-            f"{simulation.n_left // soil.n_spheres} grains leaked out of the draw-down box before its gate was opened"
-        )
+        raise SimulationError(f"{simulation.n_wholes_left} grains leaked out of the draw-down box before its gate was opened")
     state.note_grains("before", grains)
     left, right = setup.edges_m
     wholes, on_floor = soil.wholes(grains), grains.positions_m[:, 2] < glue_reach_m(soil, grains)
     # whole grains only: one that juts out would narrow the slot
-    x, r = (np.repeat(values, soil.n_spheres) for values in (wholes.positions_m[:, 0], soil.bounding_ratio * wholes.radii_m))
+    owners = soil.owners(grains)
+    x, r = wholes.positions_m[owners, 0], soil.bounding_ratio * wholes.radii_m[owners]
     simulation.glue(np.flatnonzero(on_floor & (x + r <= left)), "left floor")
     simulation.glue(np.flatnonzero(on_floor & (x - r >= right)), "right floor")
     for other in ("soil", "plate"):
@@ -306,7 +305,7 @@ def run(
         time_s=np.array(notes["time_s"]),
         mass_out_kg_m=np.array(notes["mass_out_kg"]) / setup.thickness_m,
         n_particles=len(filled),
-        n_out=simulation.n_left // soil.n_spheres,
+        n_out=simulation.n_wholes_left,
         n_steps=simulation.n_steps,
         simulated_time_s=simulation.time_s,
         max_overlap_ratio=notes["max_overlap_ratio"],

@@ -200,7 +200,7 @@ def press(
         if each is not None:
             each(simulation, current.stage)
         if simulation.n_left:
-            raise SimulationError(f"{simulation.n_left // soil.n_spheres} grains fell through the floor of the bed")
+            raise SimulationError(f"{simulation.n_wholes_left} grains fell through the floor of the bed")
         return False
 
     state.go_on(look, keep, notes["every"])

@@ -188,7 +188,7 @@ def run(
         if each is not None:
             each(simulation, "strain")
         if simulation.n_left:
-            raise SimulationError(f"{simulation.n_left // soil.n_spheres} grains leaked out of the plane shear cell")
+            raise SimulationError(f"{simulation.n_wholes_left} grains leaked out of the plane shear cell")
         return may_end(notes["samples"], setup)
 
     if state.stage == "consolidate":

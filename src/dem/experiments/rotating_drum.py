@@ -212,7 +212,7 @@ def start(soil: Soil, setup: Setup, engine: Engine, seed: int) -> State:
 def soil_of(state: State) -> Grains:
     """The grains without the lining."""
     grains, n = state.simulation.grains, state.notes["n_lining"]
-    return Grains(grains.positions_m[n:], grains.velocities_m_s[n:], grains.angular_velocities_rad_s[n:], grains.radii_m[n:])
+    return Grains(**{key: values[n:] for key, values in vars(grains).items()})
 
 
 def free_places(soil: Soil, setup: Setup, above_m: float, rng: np.random.Generator) -> np.ndarray:
@@ -242,7 +242,9 @@ def pour(state: State, soil: Soil, setup: Setup, engine: Engine, seed: int) -> N
         if soil.shape is None:
             simulation.add_grains(places, radii, "soil")
         else:
-            simulation.add_clumps(soil.shape, places, radii, "soil", orientations=rng.standard_normal((len(places), 4)))
+            kinds = soil.kinds(n, seed)[done : done + len(places)]
+            turns = rng.standard_normal((len(places), 4))
+            simulation.add_clumps(soil.shape, places, radii, "soil", kinds=kinds, orientations=turns)
     notes |= {"n_poured": done + len(places), "next_s": simulation.time_s + fall_time_s(setup, engine)}
 
 
@@ -325,7 +327,7 @@ def run(
             if each is not None:
                 each(simulation, current.stage)
             if simulation.n_left:
-                raise SimulationError(f"{simulation.n_left // soil.n_spheres} grains leaked out of the drum")
+                raise SimulationError(f"{simulation.n_wholes_left} grains leaked out of the drum")
             return ended(current)
 
         return call

@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from dem import BoxRegion, Clump, Factory, Grains, Interaction, Material, Rich, Simulation, Sizes, TubeRegion, work_of_adhesion
+from dem import BoxRegion, Clump, Factory, Grains, Interaction, Material, Mix, Rich, Simulation, Sizes, TubeRegion, work_of_adhesion
+from dem.clumps.mix import Shape
+from dem.factory import drawn_kinds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,10 +17,10 @@ class Soil(Rich):
 
     adhesive_stress_pa : pull-off force of two mean grains over d^2. Strength scales with it whatever the radius, so it stands for
     a surface energy, which for the same cohesion would grow with r.
-    shape : prototype of clumps, or None for spheres (and for a clump of one). Radii, in geometry and protocol of the tests too, are
-    then those of the spheres of equal volume, and grains are whole clumps. d of the adhesive stress is the diameter of equal
-    volume, since a plane cuts one grain on about d^2 whatever its shape; the force is that of one contact, between two spheres of
-    the shape's mean radius. Grains that touch at two spheres hold with twice that.
+    shape : prototype of clumps, a mix of them, or None for spheres (and for clumps of one). Radii, in geometry and protocol of the
+    tests too, are then those of the spheres of equal volume, and grains are whole clumps. d of the adhesive stress is the diameter
+    of equal volume, since a plane cuts one grain on about d^2 whatever its shape; the force is that of one contact, between two
+    spheres of the shape's mean radius. Grains that touch at two spheres hold with twice that.
     """
 
     radius_m: float
@@ -32,11 +34,13 @@ class Soil(Rich):
     radius_sd_ratio: float = 0.0
     distribution: str = "normal"
     classes: tuple[tuple[float, float], ...] = ()
-    shape: Clump | None = None
+    shape: Shape | None = None
 
     def __post_init__(self):
         if self.shape is not None and self.shape.n_spheres == 1:
             object.__setattr__(self, "shape", None)
+        elif isinstance(self.shape, Mix) and len(self.shape.shapes) == 1:
+            object.__setattr__(self, "shape", self.shape.shapes[0])
 
     @property
     def sizes(self) -> Sizes:
@@ -49,8 +53,8 @@ class Soil(Rich):
         return 4.0 / 3.0 * math.pi * self.radius_m**3 * self.sizes.volume_ratio
 
     @property
-    def n_spheres(self) -> int:
-        """Number of spheres of a grain."""
+    def n_spheres(self) -> float:
+        """Number of spheres of a grain, of a mix the mean."""
         return 1 if self.shape is None else self.shape.n_spheres
 
     @property
@@ -66,7 +70,7 @@ class Soil(Rich):
     @property
     def contact_radius_m(self) -> float:
         """Mean radius of the spheres of mean grains, the one of their contacts."""
-        return self.radius_m * (1.0 if self.shape is None else float(np.mean([r for *_, r in self.shape.spheres])))
+        return self.radius_m * (1.0 if self.shape is None else self.shape.mean_ratio)
 
     @property
     def pressed_ratio(self) -> float:
@@ -77,6 +81,18 @@ class Soil(Rich):
         """Factory of n grains of this soil, material "soil"."""
         return Factory(n_grains=n_grains, region=region, sizes=self.sizes, material="soil", seed=seed, shape=self.shape)
 
+    def kinds(self, n_grains: int, seed: int) -> np.ndarray:
+        """Index of the shape of each of n grains (n,), as a factory draws them; 0 unless shapes are mixed."""
+        return drawn_kinds(self.shape, n_grains, seed)
+
+    def owners(self, spheres: Grains) -> np.ndarray:
+        """Number (n,) of the whole grain, as `wholes` lists them, of every sphere that a simulation lists."""
+        if self.shape is None:
+            return np.arange(len(spheres))
+        if isinstance(self.shape, Clump):
+            return np.arange(len(spheres)) // self.shape.n_spheres
+        return np.unique(spheres.wholes, return_inverse=True)[1]
+
     def wholes(self, spheres: Grains) -> Grains:
         """The grains whose spheres a simulation lists: of clumps their centres of mass, velocities and radii of equal volume.
 
@@ -84,6 +100,8 @@ class Soil(Rich):
         """
         if self.shape is None:
             return spheres
+        if isinstance(self.shape, Mix):
+            return mixed_wholes(self.shape, spheres)
         n, share = self.shape.n_spheres, centre_shares(self.shape)
         positions, velocities = (
             np.einsum("k,bkt->bt", share, values.reshape(-1, n, 3)) for values in (spheres.positions_m, spheres.velocities_m_s)
@@ -123,6 +141,17 @@ class Soil(Rich):
     def contact_stress_pa(self) -> float:
         """Stress in Pa with which adhesion presses grains together: F_c / (pi r^2), as an external stress would."""
         return 4.0 / math.pi * self.adhesive_stress_pa
+
+
+def mixed_wholes(mix: Mix, spheres: Grains) -> Grains:
+    """As `Soil.wholes`, for grains of several shapes."""
+    first = np.flatnonzero(np.diff(spheres.wholes, prepend=-1))
+    kinds = spheres.kinds[first]
+    shares = [centre_shares(shape) for shape in mix.shapes]
+    share = np.concatenate([np.zeros(0), *(shares[kind] for kind in kinds)])[:, None]
+    positions, velocities = (np.add.reduceat(share * values, first) for values in (spheres.positions_m, spheres.velocities_m_s))
+    radii = spheres.radii_m[first] / np.array([shape.spheres[0][3] for shape in mix.shapes])[kinds]
+    return Grains(positions, velocities, spheres.angular_velocities_rad_s[first], radii, spheres.wholes[first], kinds)
 
 
 def centre_shares(shape: Clump) -> np.ndarray:

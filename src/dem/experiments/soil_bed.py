@@ -134,7 +134,7 @@ def release(state: State, soil: Soil, setup: Setup, engine: Engine) -> None:
         simulation.set_interaction("soil", other, soil.interaction(adhesion=simulation.adhesion))
     fall_s = math.sqrt(2.0 * setup.depth_m / engine.gravity_m_s2)
     state.notes |= {"released_s": simulation.time_s, "rest_s": REST_FALL_TIMES * fall_s}
-    state.notes["glued"] = np.unique(np.flatnonzero(reached) // soil.n_spheres)
+    state.notes["glued"] = np.unique(soil.owners(spheres)[reached])
     state.begin("rest", steps_in(LONGEST_REST * fall_s, simulation))
 
 
@@ -192,7 +192,7 @@ def prepare(
         if each is not None:
             each(simulation, current.stage)
         if simulation.n_left:
-            raise SimulationError(f"{simulation.n_left // soil.n_spheres} grains fell through the floor of the bed")
+            raise SimulationError(f"{simulation.n_wholes_left} grains fell through the floor of the bed")
         waited = current.stage == "settle" or simulation.time_s - notes["released_s"] >= notes["rest_s"]
         return waited and simulation.is_static(SETTLED_ENERGY_RATIO)
 

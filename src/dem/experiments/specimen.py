@@ -141,7 +141,7 @@ def consolidation(simulation: Simulation, soil: Soil, specimen: Specimen) -> Sta
         early = simulation.adhesion if specimen.prepared_with_adhesion else "none"
         simulation.set_interaction("soil", other, soil.prepared(specimen.preparation_friction_ratio, early))
     steps = steps_in(CONSOLIDATION_TIMES * inertial_time(soil, specimen), simulation)
-    return State(simulation, "consolidate", steps, {"n_particles": simulation.n_grains // soil.n_spheres, "lid_height_m": math.inf})
+    return State(simulation, "consolidate", steps, {"n_particles": len(soil.wholes(simulation.grains)), "lid_height_m": math.inf})
 
 
 def consolidate(
@@ -183,7 +183,7 @@ def roughen(simulation: Simulation, soil: Soil) -> float:
 
 def glue_reach_m(soil: Soil, spheres: Grains) -> np.ndarray:
     """Distance of every sphere's centre from a plate below which its grain is glued to the plate, (n,)."""
-    return spheres.radii_m + GLUE_REACH_RATIO * np.repeat(soil.wholes(spheres).radii_m, soil.n_spheres)
+    return spheres.radii_m + GLUE_REACH_RATIO * soil.wholes(spheres).radii_m[soil.owners(spheres)]
 
 
 def weight_above_n(simulation: Simulation, soil: Soil, height_m: float) -> float:

@@ -386,7 +386,7 @@ def drive(
             if each is not None:
                 each(simulation, current.stage)
             if simulation.n_left:
-                raise SimulationError(f"{simulation.n_left // soil.n_spheres} grains fell through the floor of the bed")
+                raise SimulationError(f"{simulation.n_wholes_left} grains fell through the floor of the bed")
             return ended(current, sample)
 
         return call

@@ -27,8 +27,8 @@ def grain_table(grains: Grains, simulation: str = "", soil: Soil | None = None) 
     columns = {"x_m": x, "y_m": y, "z_m": z, "radius_m": grains.radii_m, "speed_m_s": speeds}
     if soil is not None and soil.shape is not None:
         columns |= {
-            CLUMP: np.arange(len(grains)) // soil.n_spheres,
-            CLUMP_RADIUS: np.repeat(soil.wholes(grains).radii_m, soil.n_spheres),
+            CLUMP: soil.owners(grains),
+            CLUMP_RADIUS: soil.wholes(grains).radii_m[soil.owners(grains)],
         }
     return of_simulation(simulation, columns)
 

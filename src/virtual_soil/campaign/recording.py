@@ -24,10 +24,10 @@ class Frame:
 
 
 class Film:
-    """Keep a frame at every sampling interval of one stage; pass it to an experiment as `each`. n_spheres : of a grain."""
+    """Keep a frame at every sampling interval of one stage, in which grains may leave; pass it to an experiment as `each`."""
 
-    def __init__(self, stage: str, n_spheres: int = 1):
-        self.stage, self.n_spheres = stage, n_spheres
+    def __init__(self, stage: str):
+        self.stage = stage
         self.frames: list[Frame] = []
 
     def __call__(self, simulation: Simulation, stage: str) -> None:
@@ -35,10 +35,8 @@ class Film:
         if stage != self.stage:
             return
         grains, time_s = simulation.grains, simulation.time_s
-        numbers = np.arange(len(grains))
-        if self.frames:
-            last = self.frames[-1]
-            numbers = last.numbers[still_there(last.grains, grains, time_s - last.time_s, self.n_spheres)]
+        first = self.frames[0].grains if self.frames else grains
+        numbers = np.flatnonzero(np.isin(first.wholes, grains.wholes))
         self.frames.append(Frame(time_s, grains, numbers, {name: simulation.wall(name) for name in simulation.wall_names}))
 
     def shown(self, n_frames: int | None = None) -> list[Frame]:
@@ -49,21 +47,9 @@ class Film:
         return [self.frames[k] for k in chosen]
 
 
-def still_there(before: Grains, after: Grains, seconds: float, n_spheres: int = 1) -> np.ndarray:
-    """Return the indices into `before` of the spheres in `after`.
-
-    Removed grains have fallen off the plate, so they are the lowest; clumps go as a whole. The others keep their order.
-    """
-    if len(before) == len(after):
-        return np.arange(len(after))
-    heights = (before.positions_m[:, 2] + seconds * before.velocities_m_s[:, 2]).reshape(-1, n_spheres).mean(axis=1)
-    left = np.sort(np.argsort(heights)[(len(before) - len(after)) // n_spheres :])
-    return (n_spheres * left[:, None] + np.arange(n_spheres)).ravel()
-
-
 def record(row: dict, settings: dict, stage: str) -> Film:
     """Simulate a design row and store a frame at every sampling interval of one stage."""
     soil, job = soil_of(row, settings), import_module(module_of(row["experiment"], "simulate"))
-    film = Film(stage, soil.n_spheres)
+    film = Film(stage)
     job.run(soil, settings["setup"], engine_of(settings), row["seed"], each=film)
     return film

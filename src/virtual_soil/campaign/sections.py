@@ -24,17 +24,36 @@ def seeds(stage: str) -> dict:
     }
 
 
+#: Schema of a shape, or of a list of shapes with their shares.
+SHAPES = {
+    "type": ["string", "array"],
+    "minItems": 1,
+    "items": {
+        "type": "object",
+        "additionalProperties": False,
+        "required": ["shape", "share"],
+        "description": "a shape and its share, {shape: dimer, share: 0.3}",
+        "properties": {
+            "shape": {"type": "string", "description": "sphere, dimer, trimer, tetra, or a file"},
+            "share": {"type": "number", "minimum": 0, "description": "share of this shape in the number of grains"},
+        },
+    },
+}
+
+
 @dataclass(frozen=True, kw_only=True)
 class Material:
     """The grains, unless the design varies them: the paper's base set (Briend et al. 2011, "Sensitivity analysis")."""
 
     shape: str = setting(
-        "of the grains: sphere, dimer, trimer, tetra, or a file with a line x y z r for every sphere",
+        "of the grains: sphere, dimer, trimer, tetra, or a file with a line x y z r for every sphere; or a list of such shapes "
+        "with their shares of the number of grains, [{shape: sphere, share: 0.7}, {shape: dimer, share: 0.3}]",
         "sphere",
         note="Clumps are rigid unions of spheres; radii are those of the spheres of equal volume. Their shape stands in for "
         "rolling friction, so rolling_friction is usually 0 with them.",
+        of=SHAPES,
     )
-    aspect_ratio: float | None = setting("length over width of a dimer; null: 1.5, or no dimer", None, above=1, maximum=2)
+    aspect_ratio: float | None = setting("length over width of the dimers; null: 1.5, or no dimers", None, above=1, maximum=2)
     radius_m: float = setting("mean grain radius", 50e-6, above=0, usual=(1e-6, 0.1))
     radius_sd_ratio: float = setting(
         "standard deviation of the radii over their mean; 0 = equal spheres", 0.0, minimum=0, maximum=0.4

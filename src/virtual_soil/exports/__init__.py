@@ -3,6 +3,6 @@
 from virtual_soil.exports.card import check_card, material_card
 from virtual_soil.exports.inputs import PROGRAMS, inputs
 from virtual_soil.exports.rolling import converted
-from virtual_soil.exports.shape import FILES as SHAPE_FILES
+from virtual_soil.exports.shape import file_names as shape_files
 
-__all__ = ["PROGRAMS", "SHAPE_FILES", "check_card", "converted", "inputs", "material_card"]
+__all__ = ["PROGRAMS", "check_card", "converted", "inputs", "material_card", "shape_files"]

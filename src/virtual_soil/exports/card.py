@@ -12,9 +12,9 @@ from pathlib import Path
 
 import jsonschema
 
-from dem import Clump
+from dem.clumps.mix import Shape
 from dem.contact.model import words, work_of_adhesion
-from virtual_soil.exports.shape import of_grain
+from virtual_soil.exports.shape import of_soil
 
 #: Property of the grains -> (unit, meaning).
 PARAMETERS = {
@@ -27,9 +27,9 @@ PARAMETERS = {
     "rolling_friction": ("1", "coefficient of rolling friction between grains; see models.rolling for its definition"),
     "restitution": ("1", "coefficient of restitution"),
 }
-#: Formats of the cards of spheres without adhesion, of spheres with it, and of clumps: a reader of an earlier one would leave
-#: adhesion or shape out unseen.
-PLAIN, STICKY, SHAPED = 2, 3, 4
+#: Formats of the cards of spheres without adhesion, of spheres with it, of clumps, and of mixes: a reader of an earlier one would
+#: leave adhesion or shape out unseen.
+PLAIN, STICKY, SHAPED, MIXED = 2, 3, 4, 5
 #: The same of soils with adhesion, and of dimers.
 ADHESIVE = {"adhesive_stress_pa": ("Pa", "pull-off force of two mean grains over their diameter squared")}
 DIMER = {"aspect_ratio": ("1", "length over width of the grains, dimers")}
@@ -42,7 +42,7 @@ def material_card(
     config: dict,
     provenance: dict,
     responses: Mapping[str, str],
-    clump: Clump | None = None,
+    clump: Shape | None = None,
 ) -> dict:
     """Return the card of one case.
 
@@ -50,18 +50,18 @@ def material_card(
     ----------
     optimum : the case's row of the calibration table. verification : its rows of the verification table. config : of the study.
     provenance : fingerprints (engine, inference, export) and versions. responses : column of each response -> its unit.
-    clump : shape of the grains; None for spheres.
+    clump : shape of the grains, or mix of shapes; None for spheres.
     """
     variables = list(config["design"]["variables"])
     walls = {name: optimum.get(f"wall_{name}", value) for name, value in wall_settings(config).items()}
     material = {**config["material"], **{name: optimum[name] for name in variables}}
     adhesive = material["adhesive_stress_pa"] > 0.0 or "adhesive_stress_pa" in variables
     law = config["engine"]["adhesion"] if adhesive else "none"
-    shape = {} if clump is None else {"shape": of_grain(clump, material["radius_m"], material["density_kg_m3"])}
+    shape = of_soil(clump, material["radius_m"], material["density_kg_m3"])
     further = (ADHESIVE if adhesive else {}) | (DIMER if clump is not None and material.get("aspect_ratio") is not None else {})
     card = {
         "format": "virtual-soil material card",
-        "format_version": SHAPED if shape else STICKY if adhesive else PLAIN,
+        "format_version": MIXED if "shapes" in shape else SHAPED if shape else STICKY if adhesive else PLAIN,
         "study": config["study"],
         "case": optimum["case"],
         "soil": optimum["soil"],
@@ -107,14 +107,14 @@ def material_card(
     return check_card(without_nan(card))
 
 
-def adhesion(law: str, material: dict, config: dict, clump: Clump | None) -> dict:
+def adhesion(law: str, material: dict, config: dict, clump: Shape | None) -> dict:
     """Return law, pull-off force and energies of two mean grains, and test -> True if its samples were prepared with adhesion.
 
     Of clumps they are those of two of their spheres, of mean radius.
     """
     radius_m = material["radius_m"]
     pull_off_n = material["adhesive_stress_pa"] * (2.0 * radius_m) ** 2
-    touching = 1.0 if clump is None else sum(r for *_, r in clump.spheres) / clump.n_spheres
+    touching = 1.0 if clump is None else clump.mean_ratio
     w = work_of_adhesion(law, pull_off_n, 0.5 * radius_m * touching)
     tests = [name for name in config["experiments"] if "prepared_with_adhesion" in config[name]]
     return {

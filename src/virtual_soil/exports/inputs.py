@@ -39,7 +39,7 @@ def inputs(card: dict) -> dict[str, str]:
         notes += shape.explanation(card, program)
         context = {**numbers, **rolling, "notes": "\n".join((comment + line).rstrip() for line in notes), "card": card}
         context["adhesion"] = adhesion.adhesion(card, numbers, program)
-        context["shape"] = card.get("shape")
+        context["shapes"] = shape.shapes(card)
         texts[name] = environment.get_template(f"{name}.j2").render(context)
     return texts | shape.files(card)
 

@@ -1,14 +1,16 @@
-"""The shape of the grains: spheres, or clumps of a preset, a file, or an aspect ratio.
+"""The shape of the grains: spheres, clumps of a preset, a file or an aspect ratio, or a mix of such shapes.
 
 A study states `material.shape` and, of dimers, `material.aspect_ratio`. Before any job runs they become the study's `shape`, part
-of the settings of its simulations: None for spheres, else a name, and for a file the clump itself, so that jobs need no file. The
-aspect ratio stays a number of the material, which may be a design variable.
+of the settings of its simulations: None for spheres, else a name, and for a file the clump itself, so that jobs need no file; of a
+mix all that for every shape, with its share. The aspect ratio stays a number of the material, which may be a design variable.
 """
 
 import functools
+import math
 from pathlib import Path
 
-from dem import Clump
+from dem import Clump, Mix
+from dem.clumps.mix import Shape, name_of
 from dem.clumps.shape import PRESETS
 from virtual_soil.calibration.errors import CalibrationError, demand
 
@@ -19,10 +21,22 @@ USUAL_ASPECT_RATIO = 1.5
 DIGITS = 9
 
 
+def mixed(shape: str | list[dict] | None) -> list[dict]:
+    """Entries {shape, share, key} of a `material.shape`, without those of share 0; one for a single shape, none where is none."""
+    if isinstance(shape, list):
+        return [{**entry, "key": f"material.shape.{k}.shape"} for k, entry in enumerate(shape) if entry["share"] != 0.0]
+    return [] if shape is None else [{"shape": shape, "share": 1.0, "key": "material.shape"}]
+
+
+def has_dimers(shape: str | list[dict] | None) -> bool:
+    """True if dimers are among the grains of a `material.shape`."""
+    return any(entry["shape"] == DIMER for entry in mixed(shape))
+
+
 def numbers(material: dict) -> dict:
     """Values of the material that are numbers, which a design may vary; of dimers the aspect ratio, too."""
     found = {key: value for key, value in material.items() if isinstance(value, int | float)}
-    if material.get("shape") == DIMER:
+    if has_dimers(material.get("shape")):
         found.setdefault("aspect_ratio", USUAL_ASPECT_RATIO)
     return found
 
@@ -30,24 +44,54 @@ def numbers(material: dict) -> dict:
 def resolved(config: dict) -> dict | None:
     """The study's `shape`; raises CalibrationError naming the key if it is none, or if others have an aspect ratio than dimers."""
     material = config["material"]
-    name, ratio = material["shape"], material["aspect_ratio"]
-    only = f"null with material.shape {name}: only a {DIMER} has one"
-    demand(name == DIMER or ratio is None, "material.aspect_ratio", ratio, only)
+    shape, ratio = material["shape"], material["aspect_ratio"]
+    check_shares(shape)
+    entries, dimers = mixed(shape), has_dimers(shape)
+    said = ", ".join(entry["shape"] for entry in entries)
+    demand(dimers or ratio is None, "material.aspect_ratio", ratio, f"null with material.shape {said}: only a {DIMER} has one")
     variables = list(config["design"]["variables"])
-    others = f"others with material.shape {name}: only a {DIMER} has an aspect ratio"
-    demand(name == DIMER or "aspect_ratio" not in variables, "design.variables", variables, others)
+    others = f"others with material.shape {said}: only a {DIMER} has an aspect ratio"
+    demand(dimers or "aspect_ratio" not in variables, "design.variables", variables, others)
+    shapes = [of_name(entry["shape"], entry["key"]) for entry in entries]
+    if all(found is None for found in shapes):
+        return None
+    kinds = [{"name": SPHERE} if found is None else found for found in shapes]
+    if len(kinds) == 1:
+        return kinds[0]
+    total = sum(entry["share"] for entry in entries)
+    shares = [round(entry["share"] / total, DIGITS) for entry in entries]
+    name = name_of([kind["name"] for kind in kinds], shares)
+    found = {"name": name, "mix": [{"share": share, **kind} for share, kind in zip(shares, kinds, strict=True)]}
+    clump_of({}, {"shape": found})
+    return found
+
+
+def check_shares(shape: str | list[dict]) -> None:
+    """Refuse a mix without shapes, or whose shares are no shares."""
+    if not isinstance(shape, list):
+        return
+    demand(len(shape) > 0, "material.shape", shape, "a shape, or a list of {shape, share}, one at least")
+    for k, entry in enumerate(shape):
+        allowed = "a number, zero or positive: the share of this shape in the number of grains"
+        demand(0.0 <= entry["share"] < math.inf, f"material.shape.{k}.share", entry["share"], allowed)
+    total = sum(entry["share"] for entry in shape)
+    demand(0.0 < total < math.inf, "sum of the shares in material.shape", f"{total:g}", "a positive number")
+
+
+def of_name(name: str, key: str) -> dict | None:
+    """The shape of a preset or a file, None for spheres; raises CalibrationError naming the key."""
     if name in PRESETS:
         return None if name == SPHERE else {"name": name}
     allowed = f"{', '.join(PRESETS)}, or a file with a line `x y z r` for every sphere"
-    demand(Path(name).is_file(), "material.shape", name, allowed)
+    demand(Path(name).is_file(), key, name, allowed)
     try:
-        clump = Clump.read(name)
+        found = Clump.read(name)
     except (OSError, ValueError) as error:  # also of a file that is no text
-        raise CalibrationError(f"material.shape: {' '.join(str(error).split())}.") from None
-    if clump.n_spheres == 1:
+        raise CalibrationError(f"{key}: {' '.join(str(error).split())}.") from None
+    if found.n_spheres == 1:
         return None
-    spheres = [[round(value, DIGITS) for value in sphere] for sphere in clump.spheres]
-    return {"name": Path(name).name, "spheres": spheres, "moments": [round(moment, DIGITS) for moment in clump.moments]}
+    spheres = [[round(value, DIGITS) for value in sphere] for sphere in found.spheres]
+    return {"name": Path(name).name, "spheres": spheres, "moments": [round(moment, DIGITS) for moment in found.moments]}
 
 
 def shape_of(config: dict) -> dict:
@@ -55,14 +99,29 @@ def shape_of(config: dict) -> dict:
     return {} if config.get("shape") is None else {"shape": config["shape"]}
 
 
-def clump_of(row: dict, settings: dict) -> Clump | None:
-    """Prototype of a design row's grains; None for spheres. settings : of the simulation, or the configuration of the study."""
+def clump_of(row: dict, settings: dict) -> Shape | None:
+    """Shape of a design row's grains; None for spheres. settings : of the simulation, or the configuration of the study.
+
+    Raises CalibrationError if the shapes of a mix do not go together.
+    """
     shape = settings.get("shape")
     if shape is None:
         return None
-    if "spheres" in shape:
-        return Clump(shape["name"], tuple(map(tuple, shape["spheres"])), tuple(shape["moments"]))
-    return preset(shape["name"], row.get("aspect_ratio", USUAL_ASPECT_RATIO))
+    if "mix" in shape:
+        kinds = shape["mix"]
+        prototypes = tuple(prototype(kind, row) for kind in kinds)
+        try:
+            return Mix(prototypes, tuple(kind["share"] for kind in kinds))
+        except ValueError as error:
+            raise CalibrationError(f"material.shape: {error}") from None
+    return prototype(shape, row)
+
+
+def prototype(kind: dict, row: dict) -> Clump:
+    """Prototype of one shape; row : a design row, with the aspect ratio if there are dimers."""
+    if "spheres" in kind:
+        return Clump(kind["name"], tuple(map(tuple, kind["spheres"])), tuple(kind["moments"]))
+    return preset(kind["name"], row.get("aspect_ratio", USUAL_ASPECT_RATIO))
 
 
 @functools.cache

@@ -206,4 +206,4 @@ def cost(row: dict, settings: dict) -> tuple[int, float]:
     n = draw_down.n_grains(soil, test)
     fall_s = math.sqrt(2.0 * loose_column_m(soil, n, test.length_m * test.thickness_m) / engine.gravity_m_s2)
     flow_s = FLOW_TIMES * draw_down.flow_time_s(soil, test, engine) + REST_FALL_TIMES * draw_down.fall_time_s(test, engine)
-    return n * soil.n_spheres, (FILL_FALL_TIMES * fall_s + SHARE_INSIDE * flow_s) / time_step_s(soil, engine)
+    return round(n * soil.n_spheres), (FILL_FALL_TIMES * fall_s + SHARE_INSIDE * flow_s) / time_step_s(soil, engine)

@@ -228,4 +228,4 @@ def cost(row: dict, settings: dict) -> tuple[int, float]:
     test = plane_shear.Setup(**settings["setup"])
     consolidation = max(CONSOLIDATION_STEPS, CONSOLIDATION_TIMES * specimen.inertial_time(soil, test) / step)
     strain_s = test.shear_strain / plane_shear.shear_rate(soil, test)
-    return specimen.n_grains(soil, test) * soil.n_spheres, consolidation + strain_s / step
+    return round(specimen.n_grains(soil, test) * soil.n_spheres), consolidation + strain_s / step

@@ -237,4 +237,4 @@ def cost(row: dict, settings: dict) -> tuple[int, float]:
     area = tube_area_m2(test.tube_diameter_ratio, test.scale_radius_m)
     fall_s = math.sqrt(2.0 * loose_column_m(soil, test.n_particles, area) / engine.gravity_m_s2)
     lift_s = min(filled_height_m(soil, test.n_particles, area) / test.lift_speed_m_s, test.max_time_s)
-    return test.n_particles * soil.n_spheres, (FILL_FALL_TIMES * fall_s + lift_s) / time_step_s(soil, engine)
+    return round(test.n_particles * soil.n_spheres), (FILL_FALL_TIMES * fall_s + lift_s) / time_step_s(soil, engine)

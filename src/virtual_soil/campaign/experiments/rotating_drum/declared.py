@@ -196,5 +196,5 @@ def cost(row: dict, settings: dict) -> tuple[int, float]:
     soil, engine, test = soil_of(row, settings), engine_of(settings), rotating_drum.Setup(**settings["setup"])
     turning_s = sum(test.turns * 2.0 * math.pi / rotating_drum.rate_rad_s(froude, test, engine) for froude in test.froude_numbers)
     seconds = FILL_FALL_TIMES * rotating_drum.fall_time_s(test, engine) + turning_s
-    spheres = rotating_drum.n_grains(soil, test) * soil.n_spheres + len(rotating_drum.lining(soil, test))
+    spheres = round(rotating_drum.n_grains(soil, test) * soil.n_spheres) + len(rotating_drum.lining(soil, test))
     return spheres, seconds / time_step_s(soil, engine)

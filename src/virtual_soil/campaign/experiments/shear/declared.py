@@ -294,4 +294,4 @@ def cost(row: dict, settings: dict) -> tuple[int, float]:
     n = specimen.n_grains(soil, test)
     consolidation = max(CONSOLIDATION_STEPS, CONSOLIDATION_TIMES * specimen.inertial_time(soil, test) / step)
     way_s = test.displacement_ratio * test.scale_radius_m / direct_shear.shear_speed(soil, test)
-    return n * soil.n_spheres, consolidation + way_s / step
+    return round(n * soil.n_spheres), consolidation + way_s / step

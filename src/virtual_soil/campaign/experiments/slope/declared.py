@@ -173,4 +173,4 @@ def cost(row: dict, settings: dict) -> tuple[int, float]:
     fall_s = math.sqrt(2.0 * loose_column_m(soil, n, test.length_m * test.thickness_m) / engine.gravity_m_s2)
     n_cuts = 1 + max(0, math.ceil(math.log2((cut_slope.VERTICAL_DEG - test.least_deg) / test.tolerance_deg)))
     cuts_s = n_cuts * CUT_SHARE * STAND_SHARE * cut_slope.STAND_FALL_TIMES * cut_slope.fall_time_s(test, engine)
-    return n * soil.n_spheres, (FILL_FALL_TIMES * fall_s + cuts_s) / time_step_s(soil, engine)
+    return round(n * soil.n_spheres), (FILL_FALL_TIMES * fall_s + cuts_s) / time_step_s(soil, engine)
