@@ -1,5 +1,7 @@
 """Settings for all tests."""
 
+from pathlib import Path
+
 import pytest
 from hypothesis import settings
 
@@ -10,28 +12,48 @@ import dem  # noqa: F401
 settings.register_profile("project", deadline=None, derandomize=True)
 settings.load_profile("project")
 
+TESTS = Path(__file__).parent
 
-#: Files that take minutes. They begin first, so that no processor waits at the end for the last of them.
+#: Files that look at the one finished campaign.
+CAMPAIGN = ("workflow/test_campaign.py", "workflow/test_report_page.py")
+#: Files that need kernels of their own. One process compiles at a time, so side by side these files would wait for each other.
+KERNELS = tuple(
+    f"dem/test_{name}.py"
+    for name in (
+        "bodies",
+        "simulation",
+        "slow_twin",
+        "checkpoint",
+        "capillary",
+        "clumps",
+        "clump_soil",
+        "compiled",
+        "cut_slope",
+        "wheel",
+    )
+)
+#: Files that take minutes. They begin first, so that no processor waits at the end for the last of them. The order lets files
+#: that compile run beside files that start processes.
 LONG = (
-    "test_campaign.py",
-    "test_report_page.py",
-    "test_groups.py",
-    "test_faults.py",
-    "test_apparatus_guide.py",
-    "test_additions.py",
+    *CAMPAIGN,
+    "verification/test_groups.py",
+    "workflow/test_faults.py",
+    *KERNELS,
+    "workflow/test_apparatus_guide.py",
+    "workflow/test_additions.py",
     "test_examples.py",
-    "test_bodies.py",
 )
 
 
 def pytest_collection_modifyitems(items):
     """Put the tests of long files first, in the order above."""
-    items.sort(key=lambda item: LONG.index(item.path.name) if item.path.name in LONG else len(LONG))
+    order = {str(TESTS / name): k for k, name in enumerate(LONG)}
+    items.sort(key=lambda item: order.get(str(item.path), len(LONG)))
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
-    """Where tests run side by side, those of a file stay together, and so do the files that look at the one finished campaign."""
+    """Where tests run side by side, those of a file stay together, and so do the files of CAMPAIGN and those of KERNELS."""
     from xdist.scheduler import LoadFileScheduling  # xdist's own marks for groups have no effect with pytest 9.2
 
     config.option.loadscopereorder = False  # the files with the most tests are not those that take longest
@@ -39,6 +61,6 @@ def pytest_xdist_make_scheduler(config, log):
     class BySharedFixtures(LoadFileScheduling):
         def _split_scope(self, nodeid):
             file = super()._split_scope(nodeid)
-            return "campaign" if file.endswith(("test_campaign.py", "test_report_page.py")) else file
+            return next((names[0] for names in (CAMPAIGN, KERNELS) if file.endswith(names)), file)
 
     return BySharedFixtures(config, log)

@@ -90,12 +90,8 @@ def ensure_one(variant: Variant) -> None:
 def is_true(file: Path) -> bool:
     """True if all files of the cache that a marker lists are as they were when it was written, or are indices with more entries."""
     listed = content_of(file)
-    try:
-        found = kernels(file.parent)
-    except FileNotFoundError:  # another process empties the cache at this moment
-        return False
-    changed = [name for name, digest in listed.items() if found.get(name) != digest]
-    return bool(listed) and all(name in found and knows(file.parent / name, listed) for name in changed)
+    changed = [name for name, digest in listed.items() if digest_of(file.parent / name) != digest]
+    return bool(listed) and all(knows(file.parent / name, listed) for name in changed)
 
 
 def knows(index: Path, listed: dict[str, str]) -> bool:
@@ -120,10 +116,18 @@ def content_of(file: Path) -> dict[str, str]:
     return listed if isinstance(listed, dict) else {}
 
 
-def kernels(folder: Path) -> dict[str, str]:
+def kernels(folder: Path) -> dict[str, str | None]:
     """Path in the cache -> hash of its content, of numba's indices (.nbi) and of the compiled kernels (.nbc)."""
     paths = sorted(path for path in folder.glob("*/*") if path.suffix in (".nbi", ".nbc"))
-    return {path.relative_to(folder).as_posix(): hashlib.blake2b(path.read_bytes(), digest_size=8).hexdigest() for path in paths}
+    return {path.relative_to(folder).as_posix(): digest_of(path) for path in paths}
+
+
+def digest_of(path: Path) -> str | None:
+    """Hash of a file's content; None if it is not there, as when another process empties the cache at this moment."""
+    try:
+        return hashlib.blake2b(path.read_bytes(), digest_size=8).hexdigest()
+    except FileNotFoundError:
+        return None
 
 
 @contextlib.contextmanager

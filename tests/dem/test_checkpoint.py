@@ -31,9 +31,8 @@ def everything(**settings):
             ),
         ],
         smallest_radius_m=0.6e-3,
-        period_m=(0.0, 0.05, 0.0),
         floor_m=-1e-3,
-        **settings,
+        **{"period_m": (0.0, 0.05, 0.0)} | settings,
     )  # fmt: skip
     region = dem.TubeRegion(radius_m=8e-3, bottom_m=1e-4)
     sizes = dem.Sizes(mean_m=1e-3, sd_ratio=0.2)
@@ -56,8 +55,10 @@ def state(simulation):
     "settings",
     [
         {},
-        {"rolling_model": "type_c", "precision": "float64", "energy_ledger": True},
-        {"vector_code": False, "damping_model": "no_pull", "adhesion": "jkr"},
+        # the kernels of the verification's energy balance
+        {"rolling_model": "type_c", "precision": "float64", "energy_ledger": True, "period_m": (0.0, 0.0, 0.0)},
+        # the kernels of a test in test_slow_twin.py
+        {"vector_code": False, "damping_model": "no_pull", "adhesion": "jkr", "rolling_model": "type_c", "precision": "float64"},
     ],
 )
 def test_a_loaded_simulation_goes_on_bit_for_bit(tmp_path, settings):

@@ -84,7 +84,7 @@ def test_the_fast_kernels_do_what_the_slow_twin_does(seed, alike, rolling_model,
 
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize(
-    ("adhesion", "rolling_model", "vector_code", "period"), [("constant", "type_c", False, None), ("jkr", "type_a", True, PERIOD)]
+    ("adhesion", "rolling_model", "vector_code", "period"), [("constant", "type_a", True, None), ("jkr", "type_c", False, PERIOD)]
 )
 def test_adhesive_grains_do_what_the_slow_twin_does(seed, adhesion, rolling_model, vector_code, period):
     settings = {"rolling_model": rolling_model, "vector_code": vector_code, "precision": "float64", "adhesion": adhesion}

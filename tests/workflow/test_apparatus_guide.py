@@ -14,7 +14,7 @@ SMALL = {
     "material": {"radius_m": 3e-3},
     "design": {"n_points": 10, "repose_seeds": [1]},
     "screening": {"base_seeds": [1, 2], "changed_seeds": [1]},
-    "plane_shear": {"length_ratio": 24.0, "height_ratio": 24.0, "width_ratio": 12.0, "max_shear_strain": 12.0},
+    "plane_shear": {"length_ratio": 16.0, "height_ratio": 20.0, "width_ratio": 10.0, "max_shear_strain": 8.0},
     "fidelity": {"check": {"couples": []}},
     "optimise": {"n_starts": 4},
     "uncertainty": {"n_samples": 100, "n_equivalents": 5},

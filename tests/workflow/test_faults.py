@@ -76,8 +76,9 @@ def ended(project: Path, *arguments: str) -> tuple[int, str]:
 
 
 def reruns(project: Path, *targets: str) -> None:
-    """Run what is missing, which must succeed."""
-    ended(project, "--unlock")
+    """Run what is missing, which must succeed; a lock that a killed run has left is removed."""
+    if any((project / ".snakemake" / "locks").glob("*")):
+        ended(project, "--unlock")
     status, output = ended(project, *targets)
     assert status == 0, output[-5000:]
 

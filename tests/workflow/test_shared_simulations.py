@@ -1,6 +1,7 @@
 """Points that share a simulation: their grains do the same to the last bit, and nothing else is taken for the same."""
 
 import copy
+import itertools
 import math
 from importlib import import_module
 
@@ -48,17 +49,23 @@ def outcome(config, experiment, material):
     return [array.tolist() for array in arrays], done.n_steps
 
 
-@pytest.mark.parametrize("experiment", ["repose", "shear"])
 @pytest.mark.parametrize(
-    "changes",
+    ("experiment", "changes"),
     [
-        {},
-        {"material": {"radius_sd_ratio": 0.2}},
-        {"engine": {"precision": "float64"}},
-        {"engine": {"vector_code": False}},
-        {"repose": {"wall_static_friction": 0.05}},
-        {"repose": {"wall_static_friction": 0.5, "wall_rolling_friction": 0.6}},
-        {"shear": {"preparation_friction_ratio": 1.0}},
+        *itertools.product(
+            ("repose", "shear"),
+            [
+                {},
+                {"material": {"radius_sd_ratio": 0.2}},
+                {"engine": {"precision": "float64"}},
+                {"repose": {"wall_static_friction": 0.05}},
+                {"repose": {"wall_static_friction": 0.5, "wall_rolling_friction": 0.6}},
+                {"shear": {"preparation_friction_ratio": 1.0}},
+            ],
+        ),
+        # in the precision in which other tests compile plain code for such a domain
+        ("repose", {"engine": {"vector_code": False}}),
+        ("shear", {"engine": {"vector_code": False, "precision": "float64"}}),
     ],
     ids=str,
 )
@@ -80,7 +87,7 @@ def test_the_engine_settings_of_these_cases_reach_the_simulation(change):
     ("experiment", "changes"),
     [
         ("repose", {"engine": {"rolling_model": "type_c"}}),
-        ("shear", {"engine": {"rolling_model": "type_c"}}),
+        ("shear", {"engine": {"rolling_model": "type_c", "precision": "float64"}}),
         ("repose", {"repose": {"wall_static_friction": 0.5}}),
         ("repose", {"repose": {"wall_rolling_friction": 0.0}}),
         ("shear", {"shear": {"frame_static_friction": 0.5}}),

@@ -14,7 +14,7 @@ import numpy as np
 
 from dem import Box, Grains, Rich, Simulation, SimulationError, Tube, TubeRegion
 from dem.experiments.soil import Engine, Soil, energy_balance
-from dem.experiments.state import State, steps_in
+from dem.experiments.state import State, looks, steps_in
 
 #: Settling takes a few free-fall times of the column; after this many it goes on regardless (frictionless soils slosh for long).
 SETTLE_FALL_TIMES = 12.0
@@ -192,30 +192,30 @@ def run(
     """
     n = setup.n_particles
     state = start(soil, setup, engine, seed) if state is None else state
-    simulation = state.simulation
+    simulation, look = state.simulation, looks(each)
 
-    def look(until):
-        def call(current):
-            current.notes["max_overlap_ratio"] = max(current.notes["max_overlap_ratio"], simulation.largest_overlap_ratio())
-            if each is not None:
-                each(simulation, current.stage)
-            return until(simulation)
-
-        return call
+    def at_rest(current: State) -> bool:
+        s = current.simulation
+        return tube_is_clear(s) and (is_flat(soil.wholes(s.grains), n) or is_at_rest(s, soil, engine.gravity_m_s2))
 
     if state.stage == "fill":
-        state.go_on(look(lambda s: s.is_static(SETTLED_ENERGY_RATIO)), keep)
+        state.go_on(look(lambda current: current.simulation.is_static(SETTLED_ENERGY_RATIO)), keep)
         lift(state, soil, setup)
-    at_rest = look(lambda s: tube_is_clear(s) and (is_flat(soil.wholes(s.grains), n) or is_at_rest(s, soil, engine.gravity_m_s2)))
-    ended = state.go_on(at_rest, keep)
+    ended = state.go_on(look(at_rest), keep)
     if not ended and not tube_is_clear(simulation):
         rim_mm, top_mm = 1e3 * cast(Tube, simulation.wall("tube")).bottom_m, 1e3 * simulation.top_m
         raise SimulationError(
             f"the tube is not clear of the grains at the time limit of {setup.max_time_s:.3g} s: its rim is {rim_mm:.3g} mm high, "
             f"the grains {top_mm:.3g} mm"
         )
+    return result(state, soil, setup, engine, ended)
+
+
+def result(state: State, soil: Soil, setup: Setup, engine: Engine, ended: bool) -> Heap:
+    """The outcome of a lift; ended : before its time limit."""
+    simulation = state.simulation
     grains = soil.wholes(simulation.grains)
-    if is_flat(grains, n):
+    if is_flat(grains, setup.n_particles):
         status = "flat"
     elif soil.adhesive_stress_pa > 0.0 and is_column(grains, setup.tube_diameter_ratio * setup.scale_radius_m):
         status = "column"

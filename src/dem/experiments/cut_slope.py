@@ -16,11 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dem import Box, Grains, Rich, Simulation, SimulationError, packed, unpacked
+from dem import Box, Grains, Rich, Simulation, packed, unpacked
 from dem.experiments.bed import dropped
 from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.specimen import floor, glue_reach_m, rectangle
-from dem.experiments.state import State, steps_in
+from dem.experiments.state import State, looks, steps_in
 
 #: The bed is at rest at this kinetic energy (see `dem.Simulation.is_static`); at the latest after a number of the loose column's
 #: free-fall times.
@@ -272,17 +272,7 @@ def run(
     """
     state = start(soil, setup, engine, seed) if state is None else state
 
-    def look(ended):
-        def call(current):
-            simulation, notes = current.simulation, current.notes
-            notes["max_overlap_ratio"] = max(notes["max_overlap_ratio"], simulation.largest_overlap_ratio())
-            if each is not None:
-                each(simulation, current.stage)
-            if simulation.n_left:
-                raise SimulationError(f"{simulation.n_wholes_left} grains leaked out of the slope's box")
-            return ended(current)
-
-        return call
+    look = looks(each, "leaked out of the slope's box")
 
     def over(current):
         waited = current.simulation.time_s - current.notes["time_s"] >= fall_time_s(setup, engine)
@@ -302,6 +292,12 @@ def run(
         angle = next_angle_deg(notes["stood"], notes["fell"], setup.least_deg, setup.tolerance_deg)
         if angle is not None:
             cut(state, soil, setup, engine, angle)
+    return result(state)
+
+
+def result(state: State) -> CutSlope:
+    """The outcome of the cuts so far."""
+    notes = state.notes
     moved, stands, falls = dict(notes["cuts"]), max(notes["stood"], default=math.nan), min(notes["fell"], default=math.nan)
     return CutSlope(
         status=status_of(notes["stood"], notes["fell"]),

@@ -19,7 +19,7 @@ from dem.experiments.bed import dropped
 from dem.experiments.checks import require
 from dem.experiments.soil import Engine, Soil, energy_balance
 from dem.experiments.specimen import glue_reach_m, rectangle
-from dem.experiments.state import LOOK_STEPS, State, steps_in
+from dem.experiments.state import LOOK_STEPS, State, looks, steps_in
 
 #: The filling is at rest at this kinetic energy (see `dem.Simulation.is_static`), at the latest after a number of free-fall times
 #: of the loose column.
@@ -276,14 +276,7 @@ def run(
     state = start(soil, setup, engine, seed) if state is None else state
     simulation, notes = state.simulation, state.notes
 
-    def look(ended):
-        def call(current):
-            notes["max_overlap_ratio"] = max(notes["max_overlap_ratio"], simulation.largest_overlap_ratio())
-            if each is not None:
-                each(simulation, current.stage)
-            return ended(current)
-
-        return call
+    look = looks(each)
 
     def flowed(current):
         note_flow(current, soil)
@@ -292,8 +285,8 @@ def run(
     if state.stage == "fill":
         state.go_on(look(lambda current: simulation.is_static(SETTLED_ENERGY_RATIO)), keep)
         open_gate(state, soil, setup, engine)
-    looks = steps_in(math.sqrt(setup.slot_m / engine.gravity_m_s2) / LOOKS, simulation)
-    ended = state.go_on(look(flowed), keep, min(LOOK_STEPS, looks))
+    every = steps_in(math.sqrt(setup.slot_m / engine.gravity_m_s2) / LOOKS, simulation)
+    ended = state.go_on(look(flowed), keep, min(LOOK_STEPS, every))
     after, before = simulation.grains, state.noted_grains("before")
     left, filled = soil.wholes(after).radii_m, soil.wholes(before).radii_m
     out_share = 1.0 - float((left**3).sum() / (filled**3).sum())

@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 
 from dem import Body, Grains, Rich, Simulation, SimulationError, solids
 from dem.experiments.soil import Engine, Soil
-from dem.experiments.state import State, steps_in
+from dem.experiments.state import State, looks, steps_in
 
 #: The filling is at rest at this kinetic energy (see `dem.Simulation.is_static`), at the latest after a number of fall times.
 SETTLED_ENERGY_RATIO, SETTLE_FALL_TIMES = 1e-5, 40.0
@@ -321,16 +321,7 @@ def run(
     state = start(soil, setup, engine, seed) if state is None else state
     simulation, notes = state.simulation, state.notes
 
-    def look(ended):
-        def call(current):
-            notes["max_overlap_ratio"] = max(notes["max_overlap_ratio"], simulation.largest_overlap_ratio())
-            if each is not None:
-                each(simulation, current.stage)
-            if simulation.n_left:
-                raise SimulationError(f"{simulation.n_wholes_left} grains leaked out of the drum")
-            return ended(current)
-
-        return call
+    look = looks(each, "leaked out of the drum")
 
     def noted(current):
         note_surface(current, soil, setup)
@@ -352,20 +343,25 @@ def run(
         state.go_on(look(noted), keep, every)
         if setup.froude_numbers[number] == setup.froude_number:
             state.note_grains("after", soil_of(state))
-    looks = np.asarray(notes["looks"])
+    return result(state, soil, setup)
+
+
+def result(state: State, soil: Soil, setup: Setup) -> RotatingDrum:
+    """The outcome at the end of the last rate."""
+    notes, series = state.notes, np.asarray(state.notes["looks"])
     return RotatingDrum(
         status="done",
         setup=setup,
         before=state.noted_grains("before"),
         after=state.noted_grains("after"),
-        time_s=looks[:, 0],
-        froude_numbers=looks[:, 1],
-        turns=looks[:, 2],
+        time_s=series[:, 0],
+        froude_numbers=series[:, 1],
+        turns=series[:, 2],
         x_ratio=places_across(soil, setup),
         heights_ratio=np.asarray(notes["heights"]),
         n_particles=n_grains(soil, setup),
         n_lining=notes["n_lining"],
-        n_steps=simulation.n_steps,
-        simulated_time_s=simulation.time_s,
+        n_steps=state.simulation.n_steps,
+        simulated_time_s=state.simulation.time_s,
         max_overlap_ratio=notes["max_overlap_ratio"],
     )

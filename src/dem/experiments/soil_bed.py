@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from dem import Grains, Rich, Simulation, SimulationError, load_with_notes, packed, save, unpacked
+from dem import Grains, Rich, Simulation, load_with_notes, packed, save, unpacked
 from dem.experiments.bed import dropped
 from dem.experiments.checks import require
 from dem.experiments.soil import Engine, Soil
 from dem.experiments.specimen import FILL_FRACTION, floor, glue_reach_m
-from dem.experiments.state import State, steps_in
+from dem.experiments.state import State, looks, steps_in
 from dem.experiments.surface import height_map, layer_solid_fraction
 
 LOG = logging.getLogger(__name__)
@@ -185,17 +185,13 @@ def prepare(
     dem.SimulationError : the run blew up, or grains fell through the floor.
     """
     state = start(soil, setup, engine, seed) if state is None else state
-    simulation, notes = state.simulation, state.notes
 
-    def look(current: State) -> bool:
-        notes["max_overlap_ratio"] = max(notes["max_overlap_ratio"], simulation.largest_overlap_ratio())
-        if each is not None:
-            each(simulation, current.stage)
-        if simulation.n_left:
-            raise SimulationError(f"{simulation.n_wholes_left} grains fell through the floor of the bed")
+    def ended(current: State) -> bool:
+        simulation, notes = current.simulation, current.notes
         waited = current.stage == "settle" or simulation.time_s - notes["released_s"] >= notes["rest_s"]
         return waited and simulation.is_static(SETTLED_ENERGY_RATIO)
 
+    look = looks(each, "fell through the floor of the bed")(ended)
     if state.stage == "settle":
         state.go_on(look, keep)
         release(state, soil, setup, engine)

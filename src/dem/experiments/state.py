@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
-from dem import Grains, Simulation
+from dem import Grains, Simulation, SimulationError
 
 #: Steps between two looks, unless a test has its own rhythm.
 LOOK_STEPS = 500
@@ -48,6 +48,28 @@ class State:
     def noted_grains(self, name: str) -> Grains:
         """The grains that were remembered under a name."""
         return Grains(**{key: np.asarray(self.notes[f"{name}.{key}"]) for key in Grains.__dataclass_fields__})
+
+
+def looks(each: Callable[[Simulation, str], None] | None, lost: str = ""):
+    """Function that makes a look for `State.go_on` of `ended(state)`, which says if the stage is over.
+
+    The look first notes the largest overlap of all looks, `max_overlap_ratio`, and calls `each(simulation, stage)`. lost : what
+    grains below the floor have done, where none may be: the look then raises dem.SimulationError.
+    """
+
+    def look(ended: Callable[[State], bool]) -> Callable[[State], bool]:
+        def call(state: State) -> bool:
+            simulation, notes = state.simulation, state.notes
+            notes["max_overlap_ratio"] = max(notes["max_overlap_ratio"], simulation.largest_overlap_ratio())
+            if each is not None:
+                each(simulation, state.stage)
+            if lost and simulation.n_left:
+                raise SimulationError(f"{simulation.n_wholes_left} grains {lost}")
+            return ended(state)
+
+        return call
+
+    return look
 
 
 def steps_in(duration_s: float, simulation: Simulation) -> int:

@@ -134,6 +134,12 @@ def gravity_m_s2(stated: float | str) -> float:
     return GRAVITIES_M_S2[stated] if isinstance(stated, str) else float(stated)
 
 
+def gravity_of(config: dict, section: str) -> float:
+    """Gravity in m/s2 of the test that a section describes: the laboratory's, else the engine's."""
+    stated = config[section]["gravity_m_s2"]
+    return gravity_m_s2(config["engine"]["gravity_m_s2"] if stated is None else stated)
+
+
 def is_stated(section: dict) -> bool:
     """True if an apparatus states anything."""
     return any(value is not None for value in section.values())

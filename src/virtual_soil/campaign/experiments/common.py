@@ -158,6 +158,22 @@ def softening(soil: Soil, stress_pa: float, number: float | None) -> float:
     return max(1.0, soil.shear_modulus_pa / (1.0 - soil.poisson_ratio) / (number * pressed))
 
 
+def engine_under_weight(config: dict, row: dict, height_m: float, gravity_m_s2: float, name: str) -> dict:
+    """Return the engine of a test whose soil is height_m high and softened for its own weight.
+
+    name : how the test's settings of a fidelity begin. Raises CalibrationError if the grains are too soft (`check_stiffness`).
+    """
+    fidelity, soil, key = config["fidelity"][row["fidelity"]], soil_of(row, config), f"{name}_stiffness_number"
+    stress, number = SOLID_FRACTION * soil.density_kg_m3 * gravity_m_s2 * height_m, fidelity[key]
+    check_stiffness(soil, stress, number, f"fidelity.{row['fidelity']}.{key}")
+    return {
+        **config["engine"],
+        "gravity_m_s2": gravity_m_s2,
+        "time_step_rayleigh_ratio": fidelity[f"{name}_time_step_rayleigh_ratio"],
+        "stiffness_reduction": softening(soil, stress, number),
+    }
+
+
 def check_period(soil: Soil, period_m: float, key: str) -> None:
     """Raise CalibrationError, naming the setting `key` of a period, if grains of this shape could meet their own images in it."""
     length = 2.0 * soil.sizes.largest_m * soil.bounding_ratio

@@ -9,6 +9,8 @@ from matplotlib.figure import Figure
 from dem import Grains
 from dem.measure.draw_down import STEADY_SHARES
 from virtual_soil.campaign.study import experiment_settings
+from virtual_soil.report.experiments.viewless import packed_views as packed_views
+from virtual_soil.report.experiments.viewless import views as views
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas, draw_grains
 from virtual_soil.report.study import Study, base_point, before_and_after, couple
@@ -101,16 +103,6 @@ def facts(run: Mapping) -> str:
         return spoken(run["status"])
     rate = with_error(run["discharge_rate_kg_s_m"], run["discharge_rate_error_kg_s_m"], 3)
     return f"Q {rate} kg/s per m, α {number(run['draw_down_angle_deg'], 1)}°, solid fraction {number(run['box_solid_fraction'], 3)}"
-
-
-def views(_study: Study, _rows: pd.DataFrame) -> dict:
-    """No view without grains."""
-    return {}
-
-
-def packed_views(_study: Study) -> dict:
-    """No view of moving grains."""
-    return {}
 
 
 def period_m(setup: dict) -> float:

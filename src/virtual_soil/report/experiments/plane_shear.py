@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from dem.experiments.strength import STEADY_PART
 from virtual_soil.campaign.experiments.registry import RESPONSES as CAMPAIGN_RESPONSES
 from virtual_soil.report.experiments import shear as box
+from virtual_soil.report.experiments.viewless import views as views
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas
 from virtual_soil.report.study import Study, base_point, before_and_after, couple
@@ -113,11 +114,6 @@ def strength_lines(tests: pd.DataFrame, lines: dict[str, pd.Series | None]) -> F
     axes.set_ylabel("shear strength (Pa)")
     axes.legend()
     return figure
-
-
-def views(_study: Study, _rows: pd.DataFrame) -> dict:
-    """No view without grains."""
-    return {}
 
 
 def title(frame, row: dict, _settings: dict) -> str:

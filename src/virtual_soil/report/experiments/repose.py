@@ -11,6 +11,7 @@ from virtual_soil.campaign.experiments.registry import RESPONSES as CAMPAIGN_RES
 from virtual_soil.campaign.experiments.repose.declared import gravity_m_s2, lift_speed_m_s
 from virtual_soil.campaign.grains import grain_radii_m
 from virtual_soil.campaign.study import experiment_settings
+from virtual_soil.report.experiments.viewless import views as views
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.pack import packed_grains
 from virtual_soil.report.plots import COLOURS, canvas, draw_grains
@@ -120,11 +121,6 @@ def draw_lift(axes, frame: pd.DataFrame, start: pd.Series) -> None:
     for side in (-1e3, 1e3):
         axes.plot([side * moment["tube_radius_m"]] * 2, [1e3 * moment["tube_bottom_m"], 1e3 * start.max()], color="black")
     axes.set_title(f"{moment['time_s']:.3f} s")
-
-
-def views(_study: Study, _rows: pd.DataFrame) -> dict:
-    """No view without grains."""
-    return {}
 
 
 def packed_views(study: Study) -> dict:

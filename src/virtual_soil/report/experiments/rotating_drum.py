@@ -9,6 +9,8 @@ from matplotlib.figure import Figure
 from dem import Grains
 from dem.measure.drum import MIDDLE_SHARE, angles_of, steady_angle
 from virtual_soil.campaign.study import experiment_settings
+from virtual_soil.report.experiments.viewless import packed_views as packed_views
+from virtual_soil.report.experiments.viewless import views as views
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas, draw_grains
 from virtual_soil.report.study import Study, base_point, before_and_after, couple
@@ -122,16 +124,6 @@ def facts(run: Mapping) -> str:
     angle = with_error(run["drum_angle_deg"], run["drum_angle_error_deg"], 1)
     upper, lower = (f"{run[f'drum_{name}_angle_deg']:.1f}°" for name in ("upper", "lower"))
     return f"θ {angle}°, between {lower} and {upper}, at Fr {run['froude_number']:.3g}"
-
-
-def views(_study: Study, _rows: pd.DataFrame) -> dict:
-    """No view without grains."""
-    return {}
-
-
-def packed_views(_study: Study) -> dict:
-    """No view of moving grains."""
-    return {}
 
 
 def period_m(setup: dict) -> float:

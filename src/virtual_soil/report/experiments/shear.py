@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from dem import Grains
 from virtual_soil.campaign.experiments.registry import RESPONSES as CAMPAIGN_RESPONSES
 from virtual_soil.campaign.experiments.shear.measure import COLUMNS
+from virtual_soil.report.experiments.viewless import packed_views as packed_views
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas, draw_grains
 from virtual_soil.report.quantities import printed_unit
@@ -144,11 +145,6 @@ def shear_view(rows: pd.DataFrame, histories: dict[str, pd.DataFrame]) -> dict:
         }
         view.setdefault(row["label"], []).append(curve)
     return view
-
-
-def packed_views(_study: Study) -> dict:
-    """No view of moving grains."""
-    return {}
 
 
 def period_m(setup: dict) -> float:

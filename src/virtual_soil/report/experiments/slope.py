@@ -10,6 +10,8 @@ from dem import Grains
 from dem.experiments.cut_slope import CREST_RATIO, FLOOR_LAYER
 from virtual_soil.campaign.experiments.slope.declared import gravity_m_s2
 from virtual_soil.campaign.grains import grain_radii_m
+from virtual_soil.report.experiments.viewless import packed_views as packed_views
+from virtual_soil.report.experiments.viewless import views as views
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas, draw_grains
 from virtual_soil.report.study import Study, base_point, before_and_after, couple
@@ -123,16 +125,6 @@ def facts(run: Mapping) -> str:
     if run["status"] == "done":
         return f"β {number(run['slope_angle_deg'], 1)} ± {number(run['slope_half_width_deg'], 1)}°, {height}"
     return f"{spoken(run['status'])}, {height}"
-
-
-def views(_study: Study, _rows: pd.DataFrame) -> dict:
-    """No view without grains."""
-    return {}
-
-
-def packed_views(_study: Study) -> dict:
-    """No view of moving grains."""
-    return {}
 
 
 def period_m(setup: dict) -> float:

@@ -12,15 +12,13 @@ from virtual_soil.calibration.response import Response
 from virtual_soil.campaign.experiments import apparatus
 from virtual_soil.campaign.experiments.common import (
     PREPARED_WITH_ADHESION,
-    SOLID_FRACTION,
     USUAL_ANGLES_DEG,
     bulk_density,
     check_period,
-    check_stiffness,
     engine_of,
+    engine_under_weight,
     loose_column_m,
     scale_m,
-    softening,
     soil_of,
     time_step_s,
 )
@@ -171,8 +169,7 @@ def canonical(material: dict, config: dict) -> dict:
 
 def gravity_m_s2(config: dict) -> float:
     """Gravity of the draw-downs: the laboratory's, else the engine's."""
-    stated = config["draw_down_test"]["gravity_m_s2"]
-    return apparatus.gravity_m_s2(config["engine"]["gravity_m_s2"] if stated is None else stated)
+    return apparatus.gravity_of(config, APPARATUS)
 
 
 def setup(config: dict, row: dict) -> dict:
@@ -180,7 +177,7 @@ def setup(config: dict, row: dict) -> dict:
 
     Raises CalibrationError if the grains are too large for the box.
     """
-    fidelity, soil = config["fidelity"][row["fidelity"]], soil_of(row, config)
+    soil = soil_of(row, config)
     protocol = config[NAME] | {"scale_radius_m": scale_m(config, row)} | apparatus.draw_down_box(config, row)
     try:
         test = draw_down.Setup(**protocol)
@@ -189,14 +186,7 @@ def setup(config: dict, row: dict) -> dict:
         raise CalibrationError(f"{NAME}, {APPARATUS}: {error}") from None
     check_period(soil, test.thickness_m, f"{NAME}.thickness_ratio")
     gravity = gravity_m_s2(config)
-    stress, number = SOLID_FRACTION * soil.density_kg_m3 * gravity * test.height_m, fidelity["draw_down_stiffness_number"]
-    check_stiffness(soil, stress, number, f"fidelity.{row['fidelity']}.draw_down_stiffness_number")
-    engine = {
-        **config["engine"],
-        "gravity_m_s2": gravity,
-        "time_step_rayleigh_ratio": fidelity["draw_down_time_step_rayleigh_ratio"],
-        "stiffness_reduction": softening(soil, stress, number),
-    }
+    engine = engine_under_weight(config, row, test.height_m, gravity, "draw_down")
     return {"setup": protocol, "engine": engine, **grading_of(config), **shape_of(config)}
 
 

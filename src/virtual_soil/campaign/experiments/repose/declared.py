@@ -14,13 +14,12 @@ from virtual_soil.campaign.experiments.common import (
     SOLID_FRACTION,
     USUAL_ANGLES_DEG,
     bulk_density,
-    check_stiffness,
     engine_of,
+    engine_under_weight,
     filled_height_m,
     loose_column_m,
     scale_m,
     sliding,
-    softening,
     soil_of,
     time_step_s,
 )
@@ -167,8 +166,7 @@ def lift_speed_m_s(config: dict, fidelity: str) -> float:
 
 def gravity_m_s2(config: dict) -> float:
     """Gravity of the heaps: the laboratory's, else the engine's."""
-    stated = config["repose_test"]["gravity_m_s2"]
-    return apparatus.gravity_m_s2(config["engine"]["gravity_m_s2"] if stated is None else stated)
+    return apparatus.gravity_of(config, APPARATUS)
 
 
 def wall_frictions(material: dict, config: dict) -> tuple[float, float]:
@@ -189,7 +187,7 @@ def setup(config: dict, row: dict) -> dict:
 
     Time limit and softening follow from the filled column, so they are right for grains and tubes of any size.
     """
-    fidelity, soil = config["fidelity"][row["fidelity"]], soil_of(row, config)
+    soil = soil_of(row, config)
     protocol = {key: value for key, value in config[NAME].items() if key not in MEASURED_BY}
     own = apparatus.tube(config, row)
     scale, gravity, speed = scale_m(config, row), gravity_m_s2(config), lift_speed_m_s(config, row["fidelity"])
@@ -200,14 +198,7 @@ def setup(config: dict, row: dict) -> dict:
     limit, cap = time_limit_s(column, speed, gravity), protocol["max_time_s"]
     grown = 1.0 if "scale_radius_m" in own else scale / config["material"]["radius_m"]
     protocol |= {"lift_speed_m_s": speed, "max_time_s": limit if cap is None else min(limit, cap * grown)}
-    stress, number = SOLID_FRACTION * soil.density_kg_m3 * gravity * column, fidelity["repose_stiffness_number"]
-    check_stiffness(soil, stress, number, f"fidelity.{row['fidelity']}.repose_stiffness_number")
-    engine = {
-        **config["engine"],
-        "gravity_m_s2": gravity,
-        "time_step_rayleigh_ratio": fidelity["repose_time_step_rayleigh_ratio"],
-        "stiffness_reduction": softening(soil, stress, number),
-    }
+    engine = engine_under_weight(config, row, column, gravity, "repose")
     return {"setup": protocol, "engine": engine, **grading_of(config), **shape_of(config)}
 
 

@@ -11,13 +11,11 @@ from virtual_soil.calibration.errors import CalibrationError, demand
 from virtual_soil.calibration.response import Response
 from virtual_soil.campaign.experiments import apparatus
 from virtual_soil.campaign.experiments.common import (
-    SOLID_FRACTION,
     USUAL_ANGLES_DEG,
     check_period,
-    check_stiffness,
     engine_of,
+    engine_under_weight,
     scale_m,
-    softening,
     soil_of,
     time_step_s,
 )
@@ -158,8 +156,7 @@ def canonical(material: dict, config: dict) -> dict:
 
 def gravity_m_s2(config: dict) -> float:
     """Gravity of the drums: the laboratory's, else the engine's."""
-    stated = config[APPARATUS]["gravity_m_s2"]
-    return apparatus.gravity_m_s2(config["engine"]["gravity_m_s2"] if stated is None else stated)
+    return apparatus.gravity_of(config, APPARATUS)
 
 
 def setup(config: dict, row: dict) -> dict:
@@ -168,7 +165,7 @@ def setup(config: dict, row: dict) -> dict:
     The energy ledger is off: it does not book bodies that turn. Raises CalibrationError if the grains are too large for the drum,
     or if no turns are left to measure.
     """
-    fidelity, soil, section = config["fidelity"][row["fidelity"]], soil_of(row, config), config[NAME]
+    soil, section = soil_of(row, config), config[NAME]
     demand(section["turns_before"] < section["turns"], f"{NAME}.turns_before", section["turns_before"], f"less than {NAME}.turns")
     gravity = gravity_m_s2(config)
     own = {key: value for key, value in section.items() if key not in MEASURED_BY}
@@ -179,15 +176,7 @@ def setup(config: dict, row: dict) -> dict:
     except ValueError as error:
         raise CalibrationError(f"{NAME}, {APPARATUS}: {error}") from None
     check_period(soil, test.thickness_m, f"{NAME}.thickness_ratio")
-    stress, number = SOLID_FRACTION * soil.density_kg_m3 * gravity * test.depth_m, fidelity["drum_stiffness_number"]
-    check_stiffness(soil, stress, number, f"fidelity.{row['fidelity']}.drum_stiffness_number")
-    engine = {
-        **config["engine"],
-        "energy_ledger": False,
-        "gravity_m_s2": gravity,
-        "time_step_rayleigh_ratio": fidelity["drum_time_step_rayleigh_ratio"],
-        "stiffness_reduction": softening(soil, stress, number),
-    }
+    engine = engine_under_weight(config, row, test.depth_m, gravity, "drum") | {"energy_ledger": False}
     return {"setup": protocol, "engine": engine, **grading_of(config), **shape_of(config)}
 
 

@@ -11,13 +11,11 @@ from virtual_soil.calibration.response import Response
 from virtual_soil.campaign.experiments import apparatus
 from virtual_soil.campaign.experiments.common import (
     PREPARED_WITH_ADHESION,
-    SOLID_FRACTION,
     check_period,
-    check_stiffness,
     engine_of,
+    engine_under_weight,
     loose_column_m,
     scale_m,
-    softening,
     soil_of,
     time_step_s,
 )
@@ -141,8 +139,7 @@ def canonical(material: dict, config: dict) -> dict:
 
 def gravity_m_s2(config: dict) -> float:
     """Gravity of the slopes: the laboratory's, else the engine's."""
-    stated = config["slope_test"]["gravity_m_s2"]
-    return apparatus.gravity_m_s2(config["engine"]["gravity_m_s2"] if stated is None else stated)
+    return apparatus.gravity_of(config, APPARATUS)
 
 
 def setup(config: dict, row: dict) -> dict:
@@ -150,19 +147,12 @@ def setup(config: dict, row: dict) -> dict:
 
     Length and softening follow from the height, so they are right for grains and slopes of any size.
     """
-    fidelity, soil = config["fidelity"][row["fidelity"]], soil_of(row, config)
+    soil = soil_of(row, config)
     protocol = config[NAME] | {"scale_radius_m": scale_m(config, row)} | apparatus.slope(config, row)
     protocol["length_ratio"] *= protocol["height_ratio"]
     check_period(soil, protocol["thickness_ratio"] * protocol["scale_radius_m"], f"{NAME}.thickness_ratio")
     gravity, height = gravity_m_s2(config), protocol["height_ratio"] * protocol["scale_radius_m"]
-    stress, number = SOLID_FRACTION * soil.density_kg_m3 * gravity * height, fidelity["slope_stiffness_number"]
-    check_stiffness(soil, stress, number, f"fidelity.{row['fidelity']}.slope_stiffness_number")
-    engine = {
-        **config["engine"],
-        "gravity_m_s2": gravity,
-        "time_step_rayleigh_ratio": fidelity["slope_time_step_rayleigh_ratio"],
-        "stiffness_reduction": softening(soil, stress, number),
-    }
+    engine = engine_under_weight(config, row, height, gravity, "slope")
     return {"setup": protocol, "engine": engine, **grading_of(config), **shape_of(config)}
 
 
