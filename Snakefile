@@ -26,6 +26,7 @@ include: "workflow/rules/first_answer.smk"
 include: "workflow/rules/verification.smk"
 include: "workflow/rules/wheel_common.smk"
 include: "workflow/rules/wheel.smk"
+include: "workflow/rules/wheel_spread.smk"
 include: "workflow/rules/bulk.smk"
 
 

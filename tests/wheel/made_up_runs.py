@@ -11,7 +11,7 @@ VALUES = {"case": "sand", "status": "done", "reason": "", "warnings": "", "held"
 def rows(schema, **columns):
     """A table of a schema; a number that is not given is 0.5, a text that of VALUES."""
     n = len(next(iter(columns.values())))
-    kinds = {"number": 0.5, "integer": 1}
+    kinds = {"number": 0.5, "integer": 1, "string": "", "boolean": False}
     every = {name: VALUES.get(name, kinds.get(rule["type"])) for name, rule in load_schema(schema).items()}
     return check_table(pd.DataFrame({name: columns.get(name, [value] * n) for name, value in every.items()}), schema, "made up")
 

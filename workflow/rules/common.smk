@@ -92,7 +92,9 @@ INSIST = config.pop("insist")
 # Nor must the bulk benchmarks, which are no part of a study.
 BULK = config.pop("bulk")
 # Nor must wheel, plates and cone, which run on what a study has found.
-WHEEL, PLATE, CONE = (config.pop(name) for name in ("wheel", "plate", "cone"))
+WHEEL, PLATE, CONE, SPREAD = (
+    config.pop(name) for name in ("wheel", "plate", "cone", "wheel_spread")
+)
 in_words(check_soils, config, CHECKOUT)
 SOIL_FILES = soil_files(config, CHECKOUT)
 config.update(in_declared_order(config, Study))

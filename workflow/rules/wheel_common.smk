@@ -2,6 +2,7 @@
 from virtual_soil.wheel import measurements as wheel_measurements
 from virtual_soil.wheel import setups as wheel_setups
 from virtual_soil.wheel import soil as wheel_soil
+from virtual_soil.wheel import spread_runs as wheel_spread
 
 if WHEEL["mesh"]["file"] is not None:
     WHEEL["mesh"]["file"] = file_of_checkout(WHEEL["mesh"]["file"], CHECKOUT)

@@ -7,7 +7,7 @@ from virtual_soil.campaign.experiments.apparatus import GRAVITY, SECTIONS
 from virtual_soil.campaign.experiments.grading import Grading
 from virtual_soil.campaign.experiments.registry import BY_DEFAULT, EXPERIMENTS, RESPONSES, responses_of
 from virtual_soil.campaign.settings import NAMES, choice, make, section, setting
-from virtual_soil.campaign.terrain import Cone, Plate, Wheel
+from virtual_soil.campaign.terrain import Cone, Plate, Wheel, WheelSpread
 
 #: Schema of a list of seeds.
 SEED_LIST = {"minItems": 1, "uniqueItems": True}
@@ -497,6 +497,7 @@ Study = make(
         "wheel": (Wheel, section(Wheel)),
         "plate": (Plate, section(Plate)),
         "cone": (Cone, section(Cone)),
+        "wheel_spread": (WheelSpread, section(WheelSpread)),
         "bulk": (Bulk, section(Bulk)),
         "twins": (
             dict[str, dict],

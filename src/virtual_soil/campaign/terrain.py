@@ -178,3 +178,20 @@ class Cone:
     depth_m: float = setting("depth of the base below the bed's surface at which the test ends", 0.05, above=0, usual=(1e-4, 2.0))
     speed_m_s: float = setting("speed of the cone", 0.03, above=0, usual=(1e-4, 1.0))
     static_friction: float = setting("coefficient of static friction between grains and cone", 0.5, minimum=0, maximum=3)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WheelSpread:
+    """Does it matter under the wheel which of the equivalent soils is taken (target `wheel_spread`)? Wheel, bed: as `wheel`."""
+
+    slip: float = setting("slip of all runs", 0.3, minimum=-1, below=1)
+    optimum_seeds: list[int] = setting(
+        "seeds of the beds of the optimum: the noise", [1, 2, 3, 4, 5], minimum=0, of={"minItems": 2, "uniqueItems": True}
+    )
+    soils: int = setting("number of sets of equivalents.parquet, the farthest apart in what acts under the wheel", 8, minimum=2)
+    soil_seeds: list[int] = setting("seeds of the beds of each of them", [1, 2], minimum=0, of={"minItems": 1, "uniqueItems": True})
+    plate_diameter_m: float | None = setting(
+        "plate that is pressed into every bed, as a further measurement; null: none", 0.06, above=0, usual=(1e-3, 2.0)
+    )
+    plate_sinkage_m: float = setting("sinkage at which its pressure counts", 0.010, above=0, usual=(1e-4, 1.0))
+    measured_ratio: float = setting("standard uncertainty of a further measurement over its value", 0.05, above=0, maximum=1)

@@ -2,10 +2,13 @@
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from dem.experiments.soil import Engine
 from virtual_soil.calibration.errors import demand
+from virtual_soil.calibration.optimise import RADIUS
+from virtual_soil.calibration.space import space_of
 from virtual_soil.campaign.experiments.apparatus import gravity_m_s2
 from virtual_soil.campaign.experiments.common import MATERIAL_KEYS
 from virtual_soil.campaign.experiments.grading import grading_of
@@ -14,6 +17,8 @@ from virtual_soil.campaign.tables import read_table
 
 #: Surrogate whose optimum is a case's answer.
 ANSWER = "ours"
+#: Between a case and the rank of one of its equivalent sets.
+MEMBER = "-equivalent-"
 #: Verdicts of a confirmed answer.
 CONFIRMED, MATCHES = "confirmed", "matches"
 
@@ -38,6 +43,55 @@ def answer_of(calibration: str | Path, case: str) -> pd.Series:
     return rows.iloc[0]
 
 
+def equivalents_of(table: str | Path, case: str) -> pd.DataFrame:
+    """Sets of a case in results/<study>/equivalents.parquet, that simulated points surround, by rank.
+
+    Raises CalibrationError if the soil is not calibrated yet.
+    """
+    allowed = "the table of a finished calibration: run the target `all` of this study first"
+    demand(Path(table).is_file(), f"equivalent sets of case {case}", f"missing ({table})", allowed)
+    rows = read_table(str(table), "equivalents")
+    rows = rows[(rows["case"] == case) & ~rows["extrapolated"].astype(bool)]
+    return rows.set_index("rank").sort_index()
+
+
+def acting(design: dict) -> list[str]:
+    """Variables of a design that act under the wheel: its grains have a radius of their own. design : in its normal form."""
+    return [name for name in design["variables"] if name != RADIUS]
+
+
+def chosen_ranks(table: str | Path, case: str, design: dict, n: int) -> list[int]:
+    """Ranks of n equivalent sets of a case, spread over the design's coordinates of what acts under the wheel.
+
+    The first is the most probable, each next the farthest from all before it. Raises CalibrationError for fewer sets.
+    """
+    rows, space = equivalents_of(table, case), space_of(design)
+    demand(len(rows) >= n, "wheel_spread.soils", n, f"at most the {len(rows)} equivalent sets of case {case}")
+    columns = [space.variables.index(name) for name in acting(design)]
+    unit = space.unit({name: rows[name].to_numpy() for name in space.variables})[:, columns]
+    order, distance = [0], np.linalg.norm(unit - unit[0], axis=1)
+    while len(order) < n:
+        order.append(int(distance.argmax()))
+        distance = np.minimum(distance, np.linalg.norm(unit - unit[order[-1]], axis=1))
+    return [int(rows.index[k]) for k in order]
+
+
+def member_name(case: str, rank: int) -> str:
+    """Name of an equivalent set among the cases under the wheel."""
+    return f"{case}{MEMBER}{rank}"
+
+
+def values_of(calibration: str | Path, case: str) -> pd.Series:
+    """Values of the answer of a case, or of an equivalent set by its `member_name`, whose table lies beside the calibration's."""
+    name, mark, rank = case.rpartition(MEMBER)
+    if not mark:
+        return answer_of(calibration, case)
+    table = Path(calibration).with_name("equivalents.parquet")
+    rows = equivalents_of(table, name)
+    demand(rank.isdecimal() and int(rank) in rows.index, f"{table}: case {name}, set", rank, f"one of {list(rows.index)}")
+    return rows.loc[int(rank)]
+
+
 def grain_settings(wheel: dict) -> dict:
     """What the wheel changes of the grains: their mean radius, to six digits, and their shear modulus unless it is null."""
     radius = float(f"{wheel['shape']['radius_m'] / (2.0 * wheel['grains_per_radius']):.6g}")
@@ -48,9 +102,10 @@ def grain_settings(wheel: dict) -> dict:
 def soil_of_case(config: dict, calibration: str | Path, case: str) -> dict:
     """Values of the calibrated soil: `row`, `grading` and `shape` for `experiments.common.soil_of`; plain values, for a rule.
 
-    config : the study. The design's variables have the optimum's values, all else is the study's material.
+    config : the study. The design's variables have the values of the optimum, or of an equivalent set (case: its `member_name`);
+    all else is the study's material.
     """
-    answer = answer_of(calibration, case)
+    answer = values_of(calibration, case)
     material = numbers(config["material"])
     material |= {name: float(answer[name]) for name in config["design"]["variables"] if name in answer}
     row = {name: material[name] for name in MATERIAL_KEYS if name in material}
