@@ -13,7 +13,8 @@ from dem.experiments.soil import Engine, Soil
 from dem.experiments.soil_bed import SoilBed
 from dem.experiments.state import State
 from dem.experiments.wheel import WheelShape, WheelTest
-from dem.measure.wheel import rut, steady
+from dem.measure.rim import TORQUE, integrated, rim_stress, steady_loads
+from dem.measure.wheel import rut, steady, steady_samples
 
 SOIL = Soil(
     radius_m=1e-3, density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e6, static_friction=0.5, rolling_friction=0.1,
@@ -88,8 +89,35 @@ def test_a_rut_stays_behind_and_the_bed_is_as_it_was(driven, bed):
     assert change[len(change) // 2] < -0.5e-3
     again = soil_bed.surface(bed.simulation.grains, SOIL, SETUP)
     assert np.array_equal(again, bed.heights_m)
-    assert list(run.moments) == ["lowered", "middle", "end"]
+    assert list(run.moments) == ["lowered", "middle", "flow_begins", "flow_ends", "end"]
     assert run.axles["lowered"][0] < run.axles["middle"][0] < run.axles["end"][0]
+
+
+def test_stresses_along_the_rim_add_up_to_force_and_torque_at_the_same_instants(driven):
+    """Bins of 5 degrees turn forces by 2.5 at most; only rubbing on the wheel's sides has a shorter arm than the radius."""
+    run, _ = driven
+    loads, time = steady_loads(run.rim, run.history["time_s"]), run.history["time_s"]
+    used = len(loads) // 5 * 5  # whole blocks
+    rows = np.flatnonzero(steady_samples(time))[-used:]
+    forces = np.array([run.rim["forces_n"][run.rim["sample"] == row].sum(axis=0) for row in rows]).mean(axis=0)
+    found = integrated(rim_stress(loads, SHAPE.radius_m, SHAPE.width_m), SHAPE.radius_m, SHAPE.width_m)
+    assert found["load_n"] == pytest.approx(forces[2], rel=2e-3)
+    assert found["drawbar_pull_n"] == pytest.approx(forces[0], abs=2e-3 * forces[2])
+    torque = loads[-used:, :, TORQUE].sum(axis=1).mean()
+    assert torque <= found["torque_n_m"] < 1.05 * torque
+    means = steady(run.history, SHAPE.radius_m)
+    assert found["load_n"] == pytest.approx(means.load_n, abs=4.0 * means.load_error_n)
+    assert found["drawbar_pull_n"] == pytest.approx(means.drawbar_pull_n, abs=4.0 * means.drawbar_pull_error_n)
+    assert torque == pytest.approx(means.torque_n_m, abs=4.0 * means.torque_error_n_m)
+
+
+def test_the_wheel_is_pressed_in_front_of_its_lowest_point(driven):
+    run, _ = driven
+    found = rim_stress(steady_loads(run.rim, run.history["time_s"]), SHAPE.radius_m, SHAPE.width_m)
+    normal, theta = found.normal_stress_pa, found.theta_deg
+    assert 0.0 < (normal * theta).sum() / normal.sum() < 45.0
+    assert (np.abs(found.shear_stress_pa) <= 1.05 * TEST.wheel_static_friction * np.abs(normal) + 1.0).all()
+    assert normal[np.abs(theta) > 100.0] == pytest.approx(0.0)
 
 
 def test_a_world_sixteen_times_as_large_gives_the_same_bytes_times_powers_of_two(driven):
@@ -107,7 +135,8 @@ def test_a_world_sixteen_times_as_large_gives_the_same_bytes_times_powers_of_two
 
 
 def numbers(run):
-    return np.concatenate([*run.history.values(), run.moments["end"].positions_m.ravel()])
+    noted = [*run.history.values(), *run.rim.values(), *(grains.positions_m for grains in run.moments.values())]
+    return np.concatenate([np.ravel(values) for values in noted])
 
 
 def through_a_file(state, path):

@@ -28,6 +28,10 @@ LOWERING_RATIO = 0.04
 CARRIED_RATIO, LOWERING_RADII = 0.1, 4.0
 #: Samples of the travel, at most.
 N_SAMPLES = 400
+#: Moments of the travel at which the grains are noted, as shares of it; between the last two the flow of the grains is measured.
+MOMENTS = {"middle": 0.5, "flow_begins": 0.79, "flow_ends": 0.81}
+#: Share of the travel from which on the contacts along the rim are noted.
+RIM_FROM = 0.5
 #: The test ends if the wheel comes nearer to the floor than this, in mean grain diameters.
 FLOOR_DIAMETERS = 4.0
 #: Radius and width of the wheel in mean grain diameters: refused below the first, warned of below the second.
@@ -158,7 +162,9 @@ class WheelRun(Rich):
 
     status: "done"; "not_lowered" if the soil did not carry the wheel in time; "bottomed" if it came too near to the floor.
     history: columns of `record`; the time is 0 at the beginning of the travel, negative while the wheel is lowered. moments: grains
-    at the beginning, in the middle and at the end of the travel ("lowered", "middle", "end"), and axles (3,): the axle then.
+    at the beginning and at the end of the travel ("lowered", "end"), and at MOMENTS; axles (3,) and times_s: the axle and the time
+    then. rim: contacts with the wheel at every sample of the second half of the travel, one after the other: `sample` (k,), number of
+    the row in the history; `arms_m` (k, 3), from the axle; `forces_n`, `torques_n_m` (k, 3), on the wheel, about the axle.
     momentum_residual_ratio: residual of the momentum balance over load times duration. work_j: done by the motor, by what holds the
     axle along x ("axle"), by the load, and to give the wheel its speed ("start"). dissipated_j: their sum less the change of
     kinetic and potential energy; what the contacts' springs hold counts as dissipated.
@@ -170,6 +176,8 @@ class WheelRun(Rich):
     history: dict[str, np.ndarray]
     moments: dict[str, Grains]
     axles: dict[str, np.ndarray]
+    times_s: dict[str, float]
+    rim: dict[str, np.ndarray]
     warnings: list[str]
     momentum_residual_ratio: float
     work_j: dict[str, float]
@@ -341,8 +349,15 @@ def travel(state: State, shape: WheelShape, test: WheelTest) -> None:
     simulation.drive_wall("wheel", *drives)
     simulation.turn_wall("wheel", (0.0, rim / shape.radius_m, 0.0))
     every, steps = sample_steps(shape, test, simulation), steps_in(test.duration_s(shape.radius_m), simulation)
-    state.notes |= {"travel_s": simulation.time_s, "half_step": simulation.n_steps + math.ceil(0.5 * steps / every) * every}
+    state.notes |= {"travel_s": simulation.time_s, "marks": marks(simulation.n_steps, steps, every)}
     state.begin("travel", steps)
+
+
+def marks(first_step: int, steps: int, every: int) -> dict[str, int]:
+    """Moment -> step of the look at which it is noted."""
+    looks = {name: math.ceil(share * steps / every) for name, share in MOMENTS.items()}
+    looks["flow_ends"] = max(looks["flow_ends"], looks["flow_begins"] + 1)
+    return {name: first_step + k * every for name, k in looks.items()}
 
 
 def sample_steps(shape: WheelShape, test: WheelTest, simulation: Simulation) -> int:
@@ -350,10 +365,31 @@ def sample_steps(shape: WheelShape, test: WheelTest, simulation: Simulation) -> 
     return max(1, steps_in(test.duration_s(shape.radius_m) / N_SAMPLES, simulation))
 
 
+def note_travel(state: State, bed: SoilBed, test: WheelTest, shape: WheelShape) -> None:
+    """Note what is due at this look of the travel."""
+    simulation, notes = state.simulation, state.notes
+    for name, step in notes["marks"].items():
+        if simulation.n_steps == step:
+            note_moment(state, name)
+    if simulation.time_s - notes["travel_s"] > RIM_FROM * test.duration_s(shape.radius_m):
+        note_rim(state, bed)
+
+
+def note_rim(state: State, bed: SoilBed) -> None:
+    """Add the contacts of the wheel now to those of the samples before."""
+    notes, found = state.notes, state.simulation.wall_contacts("wheel")
+    arms, period = found.points_m - notes["axle"], np.array([bed.setup.length_m, bed.setup.width_m])
+    arms[:, :2] -= period * np.round(arms[:, :2] / period)
+    columns = {"arms_m": arms, "forces_n": found.forces_n, "torques_n_m": found.torques_n_m}
+    for name, values in ({"sample": np.full(len(found), len(notes["samples"]) - 1)} | columns).items():
+        notes[f"rim.{name}"] = np.concatenate([notes[f"rim.{name}"], values]) if f"rim.{name}" in notes else values
+
+
 def note_moment(state: State, name: str) -> None:
     """Remember the grains, and where the axle is."""
     state.note_grains(name, state.simulation.grains)
     state.notes[f"{name}.axle"] = np.asarray(state.simulation.wall("wheel").pivot)
+    state.notes[f"{name}.time_s"] = state.simulation.time_s
 
 
 def drive(
@@ -396,8 +432,7 @@ def drive(
         return sample["vertical_force_n"] > 0.5 * test.load_n and abs(sample["vertical_speed_m_s"]) < slow
 
     def near_floor(current: State, _: dict[str, float]) -> bool:
-        if current.simulation.n_steps == current.notes["half_step"]:
-            note_moment(current, "middle")
+        note_travel(current, bed, test, shape)
         return current.notes["axle"][2] - shape.outer_radius_m < FLOOR_DIAMETERS * 2.0 * soil.radius_m
 
     status = "not_lowered"
@@ -408,6 +443,12 @@ def drive(
         status = "bottomed" if stopped else "done"
     note_moment(state, "end")
     return result(state, bed, soil, shape, test, status)
+
+
+def rim_of(notes: dict) -> dict[str, np.ndarray]:
+    """The contacts that were noted, see `WheelRun`."""
+    none = {"sample": np.zeros(0, int)} | dict.fromkeys(("arms_m", "forces_n", "torques_n_m"), np.zeros((0, 3)))
+    return {name: np.asarray(notes.get(f"rim.{name}", empty)) for name, empty in none.items()}
 
 
 def unbalanced(state: State, before: Content, after: Content, test: WheelTest) -> float:
@@ -427,8 +468,9 @@ def result(state: State, bed: SoilBed, soil: Soil, shape: WheelShape, test: Whee
     before = Content(**notes["before"] | {"momentum": np.asarray(notes["before"]["momentum"])})
     after = content(simulation, soil, bed.glued)
     history = {name: np.array([sample[name] for sample in notes["samples"]]) for name in notes["samples"][0]}
-    history["time_s"] = history["time_s"] - (notes.get("travel_s", simulation.time_s) - notes["begun_s"])
-    names = [name for name in ("lowered", "middle", "end") if f"{name}.axle" in notes]
+    began = notes.get("travel_s", simulation.time_s)
+    history["time_s"] = history["time_s"] - (began - notes["begun_s"])
+    names = [name for name in ("lowered", *MOMENTS, "end") if f"{name}.axle" in notes]
     mass, velocity = wheel_mass_kg(test, simulation), np.asarray(simulation.wall("wheel").velocity_m_s)
     kinetic = after.kinetic_j - before.kinetic_j + 0.5 * mass * float((velocity**2).sum())
     work = notes["work_j"] | {"start": 0.5 * mass * test.speeds()[0] ** 2 if "travel_s" in notes else 0.0}
@@ -439,6 +481,8 @@ def result(state: State, bed: SoilBed, soil: Soil, shape: WheelShape, test: Whee
         history=history,
         moments={name: state.noted_grains(name) for name in names},
         axles={name: np.asarray(notes[f"{name}.axle"]) for name in names},
+        times_s={name: notes[f"{name}.time_s"] - began for name in names},
+        rim=rim_of(notes),
         warnings=list(notes["warnings"]),
         momentum_residual_ratio=unbalanced(state, before, after, test),
         work_j=work,
