@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 import yaml
 
+from dem.measure.rim import RimStress, integrated
 from virtual_soil.campaign.tables import load_schema, read_table, write_table
 
 ROOT = Path(__file__).parents[2]
@@ -97,6 +98,13 @@ def test_a_toy_wheel_runs_from_the_calibration_to_its_tables(tmp_path):
     assert not list(tmp_path.glob("results/toy/checkpoints/wheel/*"))
     page = (tmp_path / "results/toy/wheel.md").read_text(encoding="utf-8")
     assert page.startswith("The soil's answer is confirmed")
-    assert (tmp_path / "results/toy/wheel/figures/wheel.png").stat().st_size > 5000
+    for figure in ("wheel", "rim", "rut", "field"):
+        assert (tmp_path / f"results/toy/wheel/figures/{figure}.png").stat().st_size > 5000
+    folder = tmp_path / "results/toy/wheel/sand/1/slip_0.5"
+    rim, rut, field = (read_table(str(folder / f"{name}.parquet"), f"wheel_{name}") for name in ("rim", "rut", "field"))
+    stress = RimStress(*(rim[name].to_numpy() for name in rim))
+    assert integrated(stress, 0.010, 0.008)["load_n"] == pytest.approx(run["load_n"], abs=4.0 * run["load_error_n"])
+    assert (rut["height_after_m"] - rut["height_before_m"]).min() < -1e-3
+    assert (field["displacement_z_m"] < -0.5e-3).any()
     again = snakemake(tmp_path, "-n", "wheel", "plate", "cone")
     assert "Nothing to be done" in again.stdout + again.stderr

@@ -62,6 +62,9 @@ rule drive_wheel:
     output:
         run=f"{BED}/slip_{{slip}}/run.parquet",
         history=f"{BED}/slip_{{slip}}/history.parquet",
+        rim=f"{BED}/slip_{{slip}}/rim.parquet",
+        rut=f"{BED}/slip_{{slip}}/rut.parquet",
+        field=f"{BED}/slip_{{slip}}/field.parquet",
     log:
         f"{BED_LOG}/slip_{{slip}}.log",
     priority: 1
@@ -190,6 +193,9 @@ rule wheel_report:
         tables=expand(f"{RESULTS}/{{tool}}.parquet", tool=TOOLS),
         wheel_runs=files_of(WHEEL_RUNS, "run"),
         wheel_histories=files_of(WHEEL_RUNS, "history"),
+        rim=files_of(WHEEL_RUNS, "rim"),
+        rut=files_of(WHEEL_RUNS, "rut"),
+        field=files_of(WHEEL_RUNS, "field"),
         plate_runs=files_of(PLATE_RUNS, "run"),
         plate_histories=files_of(PLATE_RUNS, "history"),
         cone_runs=files_of(CONE_RUNS, "run"),
@@ -198,7 +204,7 @@ rule wheel_report:
         page=f"{RESULTS}/wheel.md",
         figures=expand(
             f"{RESULTS}/wheel/figures/{{figure}}.png",
-            figure=[*TOOLS, "wheel_over_time"],
+            figure=[*TOOLS, "wheel_over_time", "rim", "rut", "field"],
         ),
     log:
         f"{LOGS}/wheel/wheel_report.log",

@@ -16,5 +16,6 @@ if __name__ == "__main__":
         tables={Path(path).stem: read_table(path, Path(path).stem) for path in files["tables"]},
         runs={tool: stacked(files[f"{tool}_runs"], f"{of_tool[tool]}_run") for tool in tools},
         histories={tool: [read_table(p, f"{of_tool[tool]}_history") for p in files[f"{tool}_histories"]] for tool in tools},
+        fields={name: [read_table(path, f"wheel_{name}") for path in files[name]] for name in ("rim", "rut", "field")},
     )
     write_page(results, Path(snakemake.output.page), Path(snakemake.output.figures[0]).parent)

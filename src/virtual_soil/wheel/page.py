@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from virtual_soil.campaign.experiments.common import LARGEST_OVERLAP_RATIO
 from virtual_soil.campaign.files import write_text, writing
 from virtual_soil.verification.page import markdown
-from virtual_soil.wheel import figures
+from virtual_soil.wheel import contact_figures, figures
 from virtual_soil.wheel.setups import BETWEEN_WARNINGS
 from virtual_soil.wheel.soil import is_confirmed
 
@@ -21,13 +21,14 @@ LARGEST_RESIDUAL = 1e-5
 class Results:
     """Tables by tool ("wheel", "plate", "cone"; those that were run), runs and histories one by one.
 
-    verdicts : case -> prediction and match of its answer.
+    verdicts : case -> prediction and match of its answer. fields : "rim", "rut", "field" -> tables of the wheel's runs one by one.
     """
 
     verdicts: dict[str, list[str]]
     tables: dict[str, pd.DataFrame]
     runs: dict[str, pd.DataFrame]
     histories: dict[str, list[pd.DataFrame]] = field(default_factory=dict)
+    fields: dict[str, list[pd.DataFrame]] = field(default_factory=dict)
 
 
 def write_page(results: Results, page: Path, folder: Path) -> None:
@@ -36,6 +37,7 @@ def write_page(results: Results, page: Path, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     parts = [first_line(results.verdicts), "# Wheel, plates and cone on the calibrated soil", assumptions(results.tables["wheel"])]
     parts += wheel_section(results, page, folder)
+    parts += under_the_wheel(results, page, folder)
     for tool, section in (("plate", plate_table), ("cone", cone_table)):
         if tool in results.tables:
             drawn = figures.pressed(results.runs[tool], results.histories[tool], tool)
@@ -82,6 +84,24 @@ def wheel_section(results: Results, page: Path, folder: Path) -> list[str]:
     parts = ["## Wheel", linked(figures.against_slip(table), "wheel", page, folder)]
     parts += [linked(figures.over_time(results.runs["wheel"], results.histories["wheel"]), "wheel_over_time", page, folder)]
     return [*parts, wheel_table(table), remarks(table), softness(table)]
+
+
+def under_the_wheel(results: Results, page: Path, folder: Path) -> list[str]:
+    """Figures of the stresses along the rim, the rut and the flow."""
+    if not results.fields:
+        return []
+    runs, histories, tables = results.runs["wheel"], results.histories["wheel"], results.fields
+    return [
+        "## Under the wheel",
+        "Stresses of the soil along the rim, means over the steady stretch with their standard errors: normal ones towards the axle, "
+        "shear positive where it resists a driven wheel.",
+        linked(contact_figures.along_rim(runs, tables["rim"]), "rim", page, folder),
+        "The rut: change of the surface's height behind the wheel, and along its middle with the place of the axle (dotted); bands "
+        "are the standard deviation of the cells.",
+        linked(contact_figures.rut(runs, histories, tables["rut"]), "rut", page, folder),
+        "Grains in the wheel's middle plane in the middle of the steady stretch: displacement since the bed was at rest, and velocity.",
+        linked(contact_figures.field(runs, tables["field"]), "field", page, folder),
+    ]
 
 
 def pair(row, name: str, error: str, digits: int, factor: float = 1.0) -> str:
