@@ -86,9 +86,8 @@ def at_surface(runner: Runner, scene: Scene, w: int) -> tuple[np.ndarray, ...]:
     state, model, scratch = runner.state, runner.model, runner.scratch()
     lists, surfaces, rigid = state.lists, scene.surfaces, scene.rigid
     contacts, loads, n_surfaces = lists.surfaces.contacts, new_loads(state), len(surfaces.kind)
-    while (
-        prune_surfaces(state.view(), surfaces, rigid, lists, model.reach_m, model, scratch.near) == TOO_MANY and rigid is not None
-    ):
+    cutoff, has_meshes = model.reach_m, rigid is not None
+    while prune_surfaces(state.view(), surfaces, rigid, lists, cutoff, model, scratch.near) == TOO_MANY and has_meshes:
         runner.n_triangles *= 2
         scratch = runner.scratch()
     count = np.zeros_like(contacts.count)

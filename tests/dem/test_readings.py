@@ -52,6 +52,7 @@ def test_reading_changes_nothing(running):
     for _ in range(3):
         for name in ("wheel", "floor"):
             read.wall_contacts(name)
+        assert not any(part.contacts.count.any() for part in read._state.lists[:2])  # nothing is left for the next step to store
         for simulation in (read, plain):
             simulation.advance(20)
     assert (numbers(read) == numbers(plain)).all()

@@ -163,8 +163,8 @@ class WheelRun(Rich):
     status: "done"; "not_lowered" if the soil did not carry the wheel in time; "bottomed" if it came too near to the floor.
     history: columns of `record`; the time is 0 at the beginning of the travel, negative while the wheel is lowered. moments: grains
     at the beginning and at the end of the travel ("lowered", "end"), and at MOMENTS; axles (3,) and times_s: the axle and the time
-    then. rim: contacts with the wheel at every sample of the second half of the travel, one after the other: `sample` (k,), number of
-    the row in the history; `arms_m` (k, 3), from the axle; `forces_n`, `torques_n_m` (k, 3), on the wheel, about the axle.
+    then. rim: contacts with the wheel at every sample of the second half of the travel, one after the other: `sample` (k,), number
+    of the row in the history; `arms_m` (k, 3), from the axle; `forces_n`, `torques_n_m` (k, 3), on the wheel, about the axle.
     momentum_residual_ratio: residual of the momentum balance over load times duration. work_j: done by the motor, by what holds the
     axle along x ("axle"), by the load, and to give the wheel its speed ("start"). dissipated_j: their sum less the change of
     kinetic and potential energy; what the contacts' springs hold counts as dissipated.

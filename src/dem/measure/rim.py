@@ -1,7 +1,7 @@
 """Stresses along a wheel's rim, from the loads of single grains on it.
 
-theta is the angle from the lowest point of the rim, positive forwards. sigma points to the axle, tau forwards at the lowest point: it
-resists a driven wheel. Then (Wong & Reece 1967, J. Terramech. 4(1), 81)
+theta is the angle from the lowest point of the rim, positive forwards. sigma points to the axle, tau forwards at the lowest point:
+it resists a driven wheel. Then (Wong & Reece 1967, J. Terramech. 4(1), 81)
 
     F_x = R b int (tau cos theta - sigma sin theta) dtheta,  F_z = R b int (sigma cos theta + tau sin theta) dtheta,
     T = R^2 b int tau dtheta.
@@ -69,8 +69,8 @@ def steady_loads(rim: Mapping[str, np.ndarray], time_s: np.ndarray) -> np.ndarra
     """
     stretch = steady_samples(time_s)
     chosen, row = stretch[rim["sample"]], np.cumsum(stretch) - 1
-    columns = (rim[name][chosen] for name in ("arms_m", "forces_n", "torques_n_m"))
-    return rim_loads(*columns, row[rim["sample"][chosen]], int(stretch.sum()))
+    arms, forces, torques = (rim[name][chosen] for name in ("arms_m", "forces_n", "torques_n_m"))
+    return rim_loads(arms, forces, torques, row[rim["sample"][chosen]], int(stretch.sum()))
 
 
 def rim_stress(loads: np.ndarray, radius_m: float, width_m: float) -> RimStress:

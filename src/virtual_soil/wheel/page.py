@@ -93,13 +93,14 @@ def under_the_wheel(results: Results, page: Path, folder: Path) -> list[str]:
     runs, histories, tables = results.runs["wheel"], results.histories["wheel"], results.fields
     return [
         "## Under the wheel",
-        "Stresses of the soil along the rim, means over the steady stretch with their standard errors: normal ones towards the axle, "
-        "shear positive where it resists a driven wheel.",
+        "Stresses of the soil along the rim, means over the steady stretch with their standard errors: normal ones towards the "
+        "axle, shear positive where it resists a driven wheel.",
         linked(contact_figures.along_rim(runs, tables["rim"]), "rim", page, folder),
         "The rut: change of the surface's height behind the wheel, and along its middle with the place of the axle (dotted); bands "
         "are the standard deviation of the cells.",
         linked(contact_figures.rut(runs, histories, tables["rut"]), "rut", page, folder),
-        "Grains in the wheel's middle plane in the middle of the steady stretch: displacement since the bed was at rest, and velocity.",
+        "Grains in the wheel's middle plane in the middle of the steady stretch: displacement since the bed was at rest (colour), "
+        "and velocity (arrows).",
         linked(contact_figures.field(runs, tables["field"]), "field", page, folder),
     ]
 

@@ -16,9 +16,8 @@ def contacts(theta, normal, shear):
     theta, normal, shear = np.broadcast_arrays(np.asarray(theta, float), normal, shear)
     zero = np.zeros_like(theta)
     arms = R * np.stack([np.sin(theta), zero, -np.cos(theta)], axis=1)
-    forces = np.stack(
-        [-normal * np.sin(theta) + shear * np.cos(theta), zero, normal * np.cos(theta) + shear * np.sin(theta)], axis=1
-    )
+    cos, sin = np.cos(theta), np.sin(theta)
+    forces = np.stack([shear * cos - normal * sin, zero, normal * cos + shear * sin], axis=1)
     return arms, forces, np.cross(arms, forces)
 
 
@@ -36,9 +35,8 @@ def test_a_load_below_the_axle_is_normal_and_a_push_forwards_there_is_shear_that
 def test_stresses_are_loads_over_the_area_of_a_bin_with_the_error_of_block_means():
     theta = theta_rad()
     means = np.array([1.0, 1.0, 2.0, 3.0, 3.0])
-    loads = np.stack(
-        [rim_loads(*contacts(theta, k * np.abs(theta), 0.5), np.zeros(N_BINS, int), 1)[0] for k in np.repeat(means, 4)]
-    )
+    first = np.zeros(N_BINS, int)
+    loads = np.stack([rim_loads(*contacts(theta, k * np.abs(theta), 0.5), first, 1)[0] for k in np.repeat(means, 4)])
     found = rim_stress(loads, R, B)
     assert found.theta_deg[[0, -1]] == pytest.approx([-177.5, 177.5])
     assert found.normal_stress_pa == pytest.approx(2.0 * np.abs(theta) / AREA_M2)
@@ -75,9 +73,8 @@ def test_a_rigid_translation_is_the_same_displacement_and_velocity_everywhere():
     rng = np.random.default_rng(2)
     rest = rng.uniform(0.0, (0.1, 0.04, 0.03), (500, 3)) + (0.2, -0.08, 0.0)
     begin, end = rest + (0.010, 0.0, -0.002), rest + (0.014, 0.0, -0.004)
-    found = plane_flow(
-        grains(rest), grains(begin), grains(end), 0.5, np.array([0.05, 0.02, 0.04]), 0.005, np.array([0.1, 0.04, 0.0])
-    )
+    centre, period = np.array([0.05, 0.02, 0.04]), np.array([0.1, 0.04, 0.0])
+    found = plane_flow(grains(rest), grains(begin), grains(end), 0.5, centre, 0.005, period)
     assert found["displacement_x_m"] == pytest.approx(0.012)
     assert found["displacement_z_m"] == pytest.approx(-0.003)
     assert found["velocity_x_m_s"] == pytest.approx(0.008)
