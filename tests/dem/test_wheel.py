@@ -310,6 +310,43 @@ def test_grousers_and_meshes_are_wheels(bed, tmp_path):
     assert of_mesh.sinkage_m == pytest.approx(of_shape.sinkage_m, abs=5e-4)
 
 
+def test_sandpaper_drives_the_soil_however_slippery_the_wheel_is(bed):
+    """A rim of glued grains shears the soil; the bare wheel slides on it. Momentum, torque and rim stresses count glued grains."""
+    test = dataclasses.replace(TEST, wheel_static_friction=0.05, travel_ratio=0.8)
+    rough = dataclasses.replace(SHAPE, rim="sandpaper")
+    runs = [wheel.drive(bed, SOIL, shape, test) for shape in (SHAPE, rough)]
+    bare, lined = (steady(run.history, SHAPE.radius_m) for run in runs)
+    assert lined.traction_coefficient > 3.0 * bare.traction_coefficient > 0.0
+    assert runs[1].momentum_residual_ratio < 1e-5
+    assert lined.load_n == pytest.approx(test.load_n, rel=0.05)
+    stress = rim_stress(steady_loads(runs[1].rim, runs[1].history["time_s"]), SHAPE.radius_m, SHAPE.width_m)
+    found = integrated(stress, SHAPE.radius_m, SHAPE.width_m)
+    assert found["load_n"] == pytest.approx(lined.load_n, abs=4.0 * lined.load_error_n)
+    assert found["torque_n_m"] == pytest.approx(lined.torque_n_m, rel=0.15)
+    assert len(runs[1].moments["end"]) == bed.n_particles
+
+
+def test_the_grains_of_sandpaper_touch_and_end_at_radius_and_width():
+    places = dataclasses.replace(SHAPE, rim="sandpaper").lining(1e-3)
+    assert np.hypot(places[:, 0], places[:, 2]) == pytest.approx(0.009)
+    assert np.abs(places[:, 1]).max() + 1e-3 == pytest.approx(0.004)
+    apart = np.linalg.norm(places[:, None] - places, axis=-1) + np.eye(len(places))
+    assert 2e-3 * (1.0 - 1e-9) < apart.min() < 2.05e-3
+    assert len(places) == 4 * 28
+
+
+def test_sandpaper_is_refused_with_grousers_meshes_and_clumps():
+    allowed = r"rim of the wheel is 'sandpaper'; allowed: 'smooth'"
+    with pytest.raises(ValueError, match=f"{allowed} with grousers or a mesh"):
+        WheelShape(radius_m=0.01, width_m=0.008, rim="sandpaper", grousers=8, grouser_height_m=1e-3, grouser_thickness_m=1e-3)
+    with pytest.raises(ValueError, match=r"rim of the wheel is 'rough'; allowed: one of"):
+        WheelShape(radius_m=0.01, width_m=0.008, rim="rough")
+    bed = SoilBed(SETUP, None, "done", 0.015, np.zeros((1, 1)), 0.5, 1250.0, np.zeros(0, int), 1, 0.0)
+    clumps = dataclasses.replace(SOIL, shape=dem.Clump.preset("dimer"))
+    with pytest.raises(ValueError, match=f"{allowed} in a soil of clumps"):
+        wheel.check(bed, clumps, dataclasses.replace(SHAPE, rim="sandpaper"), TEST)
+
+
 def test_a_wheel_that_is_too_heavy_for_the_bed_stops_above_the_floor(bed):
     run = wheel.drive(bed, SOIL, SHAPE, dataclasses.replace(TEST, load_n=0.5, slip=0.9))
     assert run.status == "bottomed"

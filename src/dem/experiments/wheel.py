@@ -49,11 +49,15 @@ STIFFNESS_NUMBER, INERTIAL_NUMBER, FROUDE = 2000.0, 5e-3, 0.02
 SHEAR_DIAMETERS = 10.0
 
 HELD = ("travel", "rim", "free")
+RIMS = ("smooth", "sandpaper")
 
 
 @dataclass(frozen=True, kw_only=True)
 class WheelShape(Rich):
-    """Wheel with its axle along y: radius of the rim, width, straight grousers; or a mesh (see `of_mesh`), with the same radius."""
+    """Wheel with its axle along y: radius of the rim, width, straight grousers; or a mesh (see `of_mesh`), with the same radius.
+
+    rim: "smooth", or "sandpaper": a layer of the soil's grains of mean radius, glued to a drum, with their tops at radius_m.
+    """
 
     radius_m: float
     width_m: float
@@ -61,8 +65,12 @@ class WheelShape(Rich):
     grouser_height_m: float = 0.0
     grouser_thickness_m: float = 0.0
     mesh: Mesh | None = None
+    rim: str = "smooth"
 
     def __post_init__(self):
+        require(self.rim in RIMS, "rim of the wheel", repr(self.rim), f"one of {list(RIMS)}")
+        plain = self.rim == "smooth" or (self.mesh is None and not self.grousers)
+        require(plain, "rim of the wheel", repr(self.rim), "'smooth' with grousers or a mesh")
         for name in ("radius_m", "width_m"):
             value = getattr(self, name)
             require(0.0 < value < math.inf, f"{name} of the wheel", value, "a positive number")
@@ -98,13 +106,26 @@ class WheelShape(Rich):
         top = self.radius_m + self.grouser_height_m
         return top / math.cos(math.asin(0.5 * self.grouser_thickness_m / top))  # the tips are flat, see `dem.solids.wheel`
 
-    def surface(self, smallest_m: float, position_m: tuple[float, float, float]) -> Mesh:
-        """The wheel's surface at a place; the rim is a polygon that a grain of the smallest radius does not feel."""
+    def surface(self, smallest_m: float, position_m: tuple[float, float, float], lining_m: float = 0.0) -> Mesh:
+        """The wheel's surface at a place; the rim is a polygon that a grain of the smallest radius does not feel.
+
+        lining_m : thickness of what is glued to the rim.
+        """
         if self.mesh is not None:
             return replace(self.mesh, position_m=position_m)
         sides = solids.sides_for(self.radius_m, smallest_m)
         grousers = (self.grousers, self.grouser_height_m, self.grouser_thickness_m)
-        return solids.wheel(self.radius_m, self.width_m, *grousers, sides, position_m=position_m)
+        return solids.wheel(self.radius_m - lining_m, self.width_m, *grousers, sides, position_m=position_m)
+
+    def lining(self, grain_radius_m: float) -> np.ndarray:
+        """Centres (n, 3) from the axle's middle of the grains that cover the rim, in rows that touch, every other shifted."""
+        at = self.radius_m - grain_radius_m
+        n_around = math.floor(math.pi / math.asin(grain_radius_m / at))
+        n_across = math.floor(0.5 * self.width_m / grain_radius_m * (1.0 + 1e-9))
+        across, around = np.meshgrid(np.arange(n_across), np.arange(n_around), indexing="ij")
+        angles = 2.0 * np.pi * (around + 0.5 * (across % 2)) / n_around
+        y = 2.0 * grain_radius_m * (across - 0.5 * (n_across - 1))
+        return np.stack([at * np.cos(angles), y, at * np.sin(angles)], axis=-1).reshape(-1, 3)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -204,6 +225,8 @@ def check(bed: SoilBed, soil: Soil, shape: WheelShape, test: WheelTest) -> list[
     Raises ValueError, naming the size, if the grains are too large for the wheel or the wheel for the bed.
     """
     d, setup, outer = 2.0 * soil.radius_m, bed.setup, shape.outer_radius_m
+    spheres = shape.rim == "smooth" or soil.shape is None
+    require(spheres, "rim of the wheel", repr(shape.rim), "'smooth' in a soil of clumps")
     for name, size, (least, _) in (("radius_m", shape.radius_m, RADIUS_DIAMETERS), ("width_m", shape.width_m, WIDTH_DIAMETERS)):
         found = f"{size:.4g} m, {size / d:.3g} grain diameters"
         require(size >= least * d * (1.0 - 1e-9), f"{name} of the wheel", found, f"at least {least:g}: smaller grains")
@@ -269,9 +292,8 @@ def start(bed: SoilBed, soil: Soil, shape: WheelShape, test: WheelTest, threads:
     z = touching_height_m(simulation.grains, bed, shape, x, y) + 0.01 * soil.radius_m
     slowest = lowering_speed_m_s(shape, simulation)
     drive = load_drive(test, simulation, damping_kg_s=test.load_n / slowest)
-    surface = shape.surface(soil.smallest_sphere_m, (x, y, z))
-    body = Body(name="wheel", material=TOOL_MATERIAL, shape=surface, motion=Motion(drives=(drive,)))
-    simulation.add_wall(body)
+    n_soil = simulation.n_grains
+    add_wheel(simulation, soil, shape, drive, (x, y, z))
     limit = steps_in(LOWERING_RADII * shape.radius_m / slowest, simulation)
     state = State(simulation, "lower", simulation.n_steps + limit)
     state.notes |= {
@@ -282,13 +304,29 @@ def start(bed: SoilBed, soil: Soil, shape: WheelShape, test: WheelTest, threads:
         "begun_step": simulation.n_steps,
         "booked_step": simulation.n_steps,
         "axle": [x, y, z],
+        "n_soil": n_soil,
         "wheel_impulse": [0.0, 0.0, 0.0],
         "floor_impulse": [0.0, 0.0, 0.0],
         "damper_impulse": 0.0,
         "work_j": {"motor": 0.0, "axle": 0.0, "load": 0.0},
-        "before": contents_of(content(simulation, soil, bed.glued)),
+        "before": contents_of(content(simulation, soil, carried(bed, simulation, n_soil))),
     }
     return state
+
+
+def add_wheel(simulation: Simulation, soil: Soil, shape: WheelShape, drive: Drive, axle_m: tuple[float, float, float]) -> None:
+    """Add the wheel, with grains glued to its rim if it is sandpaper."""
+    lining = 2.0 * soil.radius_m if shape.rim == "sandpaper" else 0.0
+    surface, n_soil = shape.surface(soil.smallest_sphere_m, axle_m, lining), simulation.n_grains
+    simulation.add_wall(Body(name="wheel", material=TOOL_MATERIAL, shape=surface, motion=Motion(drives=(drive,))))
+    if lining:
+        simulation.add_grains(shape.lining(soil.radius_m) + axle_m, soil.radius_m, "soil")
+        simulation.glue(np.arange(n_soil, simulation.n_grains), "wheel")
+
+
+def carried(bed: SoilBed, simulation: Simulation, n_soil: int) -> np.ndarray:
+    """Numbers of the grains (of clumps, whole ones) that belong to floor or wheel; n_soil : number of spheres of the soil."""
+    return np.concatenate([bed.glued, np.arange(n_soil, simulation.n_grains)])
 
 
 def contents_of(values: Content) -> dict:
@@ -386,8 +424,9 @@ def note_rim(state: State, bed: SoilBed) -> None:
 
 
 def note_moment(state: State, name: str) -> None:
-    """Remember the grains, and where the axle is."""
-    state.note_grains(name, state.simulation.grains)
+    """Remember the soil's grains, and where the axle is."""
+    grains, n = state.simulation.grains, state.notes["n_soil"]
+    state.note_grains(name, Grains(**{key: values[:n] for key, values in vars(grains).items()}))
     state.notes[f"{name}.axle"] = np.asarray(state.simulation.wall("wheel").pivot)
     state.notes[f"{name}.time_s"] = state.simulation.time_s
 
@@ -466,7 +505,7 @@ def result(state: State, bed: SoilBed, soil: Soil, shape: WheelShape, test: Whee
     """The results of a test that has ended."""
     simulation, notes = state.simulation, state.notes
     before = Content(**notes["before"] | {"momentum": np.asarray(notes["before"]["momentum"])})
-    after = content(simulation, soil, bed.glued)
+    after = content(simulation, soil, carried(bed, simulation, notes["n_soil"]))
     history = {name: np.array([sample[name] for sample in notes["samples"]]) for name in notes["samples"][0]}
     began = notes.get("travel_s", simulation.time_s)
     history["time_s"] = history["time_s"] - (began - notes["begun_s"])

@@ -67,12 +67,14 @@ def assumptions(table: pd.DataFrame) -> str:
     row = table.iloc[0]
     size = f"radius {1e3 * row['radius_m']:.4g} mm and width {1e3 * row['width_m']:.4g} mm"
     low, high = table["solid_fraction"].min(), table["solid_fraction"].max()
+    lined = ", on its sides alone: grains of the soil are glued to the rim" if row["rim"] == "sandpaper" else ""
     text = (
         f"Wheel of {size} under {row['applied_load_n']:.4g} N; grains of mean radius {1e3 * row['grain_radius_m']:.3g} mm with "
         "the frictions of the calibrated ones; friction of grains on the wheel "
-        f"{row['wheel_static_friction']:g}, which nobody measured; solid fraction of the beds {low:.3f} to {high:.3f}. Forces are "
-        "those of the soil on the wheel. Each ± is the standard error of one run's means over the last 40 % of its travel: neither "
-        "the scatter of beds, which their points show, nor the calibration's uncertainty, nor that of grain size and speed."
+        f"{row['wheel_static_friction']:g}, which nobody measured{lined}; solid fraction of the beds {low:.3f} to {high:.3f}. "
+        "Forces are those of the soil on the wheel. Each ± is the standard error of one run's means over the last 40 % of its "
+        "travel: neither the scatter of beds, which their points show, nor the calibration's uncertainty, nor that of grain size "
+        "and speed."
     )
     warned = sorted({warning for found in table["warnings"] for warning in found.split(BETWEEN_WARNINGS) if warning})
     return "\n".join([text, "", *(f"- {warning}" for warning in warned)])
