@@ -69,6 +69,21 @@ def test_the_target_plans_a_bed_for_every_case_and_seed_and_a_run_for_every_slip
     assert not {"simulate", "conclude", "calibrate"} & set(jobs)
 
 
+def test_the_film_is_of_the_middle_slip_on_the_first_bed(tmp_path):
+    calibration(tmp_path / "results/toy/calibration.parquet")
+    result = snakemake(
+        tmp_path, "-n", "wheel_film", wheel={"slips": [-0.2, 0.5, 0.7], "bed": TOY["wheel"]["bed"] | {"seeds": [3, 1]}}
+    )
+    assert result.returncode == 0, result.stderr
+    jobs = planned(result.stdout + result.stderr)
+    assert {name: jobs.get(name) for name in ("prepare_bed", "film_wheel", "drive_wheel")} == {
+        "prepare_bed": 1,
+        "film_wheel": 1,
+        "drive_wheel": None,
+    }
+    assert "results/toy/wheel/sand/3/slip_0.5/film.gif" in result.stdout + result.stderr
+
+
 def test_a_study_without_a_calibration_is_told_what_to_run(tmp_path):
     result = snakemake(tmp_path, "-n", "wheel")
     assert result.returncode != 0

@@ -29,6 +29,12 @@ rule cone:
         f"{RESULTS}/cone.parquet",
 
 
+rule wheel_film:
+    input:
+        f"{WHEEL_FILM}/film.gif",
+        f"{WHEEL_FILM}/film.pvd",
+
+
 rule prepare_bed:
     input:
         nothing_refused,
@@ -83,6 +89,31 @@ rule drive_wheel:
         "Drive the wheel over bed {wildcards.bed_seed} of {wildcards.case} at slip {wildcards.slip}."
     script:
         "../scripts/drive_wheel.py"
+
+
+rule film_wheel:
+    input:
+        bed=f"{BED}/bed.npz",
+        mesh=[] if WHEEL["mesh"]["file"] is None else WHEEL["mesh"]["file"],
+    output:
+        film=f"{BED}/slip_{{slip}}/film.gif",
+        series=f"{BED}/slip_{{slip}}/film.pvd",
+        surfaces=f"{BED}/slip_{{slip}}/film_wheel.pvd",
+        moments=directory(f"{BED}/slip_{{slip}}/film"),
+    log:
+        f"{BED_LOG}/film_{{slip}}.log",
+    threads: 1
+    params:
+        soil=calibrated_soil,
+        grains=WHEEL_GRAINS,
+        engine=WHEEL_ENGINE,
+        wheel=wheel_setups.wheel_settings(WHEEL),
+        dem=ENGINE,
+        code=CODE.of_script("film_wheel"),
+    message:
+        "Repeat the wheel's travel over bed {wildcards.bed_seed} of {wildcards.case} at slip {wildcards.slip} and film it."
+    script:
+        "../scripts/film_wheel.py"
 
 
 rule press_plate:
