@@ -247,6 +247,14 @@ def test_a_wheel_that_slips_on_one_grain_has_friction_times_load(monkeypatch, he
     assert found.load_n == pytest.approx(test.load_n, rel=0.1)  # the wheel swings on the grain's spring
 
 
+def test_contacts_along_the_rim_are_seen_from_the_axle_also_a_period_away(monkeypatch):
+    monkeypatch.setattr(wheel, "FLOOR_DIAMETERS", 0.0)
+    test = WheelTest(load_n=0.05, slip=0.5, held="rim", speed_m_s=0.02, travel_ratio=1e-3)
+    run = wheel.drive(on_one_grain(1.5 * SETUP.length_m), SOIL, SHAPE, test)
+    assert len(run.rim["sample"]) > 10
+    assert run.rim["arms_m"] == pytest.approx(np.tile([0.0, 0.0, -SHAPE.radius_m], (len(run.rim["sample"]), 1)), abs=3e-4)
+
+
 def test_a_wheel_above_the_bed_feels_nothing(bed):
     simulation = wheel.start(bed, SOIL, SHAPE, TEST).simulation
     simulation.drive_wall("wheel")
