@@ -11,6 +11,7 @@ from test_wheel_runs import JOB
 from virtual_soil.campaign.resume import Checkpoint
 from virtual_soil.errors import InputError
 from virtual_soil.report.film import limits_mm
+from virtual_soil.report.wheel_film import write_film
 from virtual_soil.wheel import film
 from virtual_soil.wheel.runs import prepare_bed
 
@@ -47,7 +48,7 @@ def test_every_frame_has_the_travel_and_the_bed_in_one_period_about_the_wheels_m
 
 def test_a_film_and_files_for_paraview_are_written(frames, tmp_path):
     names = (tmp_path / name for name in ("film.gif", "film.pvd", "film", "film_wheel.pvd"))
-    film.write_film(frames[:3], "sand, slip 0.5", *(str(name) for name in names))
+    write_film(frames[:3], "sand, slip 0.5", *(str(name) for name in names))
     with Image.open(tmp_path / "film.gif") as image:
         assert image.n_frames == 3
     for index, number in (("film", len(frames[0].grains)), ("film_wheel", None)):

@@ -1,7 +1,8 @@
-"""Adapt rule `film_wheel` to `virtual_soil.wheel.film`."""
+"""Adapt rule `film_wheel` to `virtual_soil.wheel.film` and `virtual_soil.report.wheel_film`."""
 
 from _log import log_to
-from virtual_soil.wheel.film import film_wheel, write_film
+from virtual_soil.report.wheel_film import write_film
+from virtual_soil.wheel.film import film_wheel
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])

@@ -34,10 +34,10 @@ def along_rim(runs: pd.DataFrame, rims: list[pd.DataFrame]) -> Figure:
     every = runs.to_dict("records")
     shown = [number for number in first_beds(runs) if len(rims[number])]
     loaded = [rims[k]["theta_deg"][rims[k]["normal_stress_pa"] > 0.01 * rims[k]["normal_stress_pa"].max()] for k in shown]
-    for axes, name in zip(figure.subplots(1, 2), ("normal", "shear"), strict=True):
+    for axes, name in zip(figure.subplots(1, 2), ("normal_stress", "shear_stress"), strict=True):
         for number in shown:
             rim = rims[number]
-            stress, error = 1e-3 * rim[f"{name}_stress_pa"], 1e-3 * rim[f"{name}_stress_error_pa"]
+            stress, error = 1e-3 * rim[f"{name}_pa"], 1e-3 * rim[f"{name}_error_pa"]
             axes.plot(rim["theta_deg"], stress, linewidth=1.0, label=label_of(every[number]))
             axes.fill_between(rim["theta_deg"], stress - error, stress + error, alpha=0.2)
         axes.axhline(0.0, color="0.7", linewidth=0.7)
@@ -45,7 +45,7 @@ def along_rim(runs: pd.DataFrame, rims: list[pd.DataFrame]) -> Figure:
         if loaded:
             axes.set_xlim(min(angles.min() for angles in loaded) - 10.0, max(angles.max() for angles in loaded) + 10.0)
         axes.set_xlabel("angle from the lowest point, forwards (degrees)")
-        axes.set_ylabel(f"{name} stress (kPa)")
+        axes.set_ylabel(f"{name.replace('_', ' ')} (kPa)")
     if shown:
         figure.axes[0].legend(fontsize="x-small")
     return figure
