@@ -51,6 +51,8 @@ STATIC_FRICTIONS = GRID["static_friction"]
 #: Without gravity and cohesion the friction angle does not depend on the stress, if E*/p does not.
 STRESS_PA = 500.0
 N_SEEDS = 2
+#: Seeds of the tests of what comes nearest to the sand, if it is nearer than so many standard uncertainties.
+CHECK_SEEDS, NEAR = (101, 102, 103), 2.0
 #: Samples of every cell of a grid between its points, along each side.
 N_BETWEEN = 20
 
@@ -246,6 +248,18 @@ def nearest(points: pd.DataFrame, family: Family, aim: Sand) -> dict | None:
     return {"static_friction": frictions[i], "parameter": parameters[j], "A": A[i, j], "phi": phi[i, j], "distance": distance[i, j]}
 
 
+def checks(points: pd.DataFrame, aim: Sand) -> list[Test]:
+    """Tests, with seeds of their own, of the families' values that come near the sand."""
+    found = {name: nearest(points, family, aim) for name, family in FAMILIES.items()}
+    return [
+        Test(experiment, name, round(float(best["static_friction"]), 2), round(float(best["parameter"]), 2), seed)
+        for name, best in found.items()
+        if best is not None and best["distance"] < NEAR
+        for experiment in ("repose", "plane_shear")
+        for seed in CHECK_SEEDS
+    ]
+
+
 def plane_figure(points: pd.DataFrame, aim: Sand) -> Figure:
     """Angle of repose over friction angle: regions of the families, and the sand with one and two standard uncertainties."""
     figure = Figure(figsize=(8.0, 6.0), layout="constrained")
@@ -308,6 +322,8 @@ def heap_figure(folder: Path, rows: pd.DataFrame) -> Figure:
 
 HEAD = """# What shape buys
 
+{answer}
+
 Written by `python benchmarks/shape.py`: {n} tests, {minutes:.0f} core-minutes. Heaps of {n_grains} grains in the lifted tube of the
 default study, and plane shear under {stress:g} Pa, at the fidelity of a campaign; number of seeds of each: {seeds}. Clumps have no
 rolling friction. Sizes are those of spheres of equal volume. A: angle of repose; φ: steady friction angle, the arc tangent of the
@@ -323,11 +339,26 @@ uncertainties of the studies' targets, {sand.A_se:.2g}° and {sand.phi_se:.2g}°
 
 ## Nearest to the sand
 
-Interpolated between the points; distance in standard uncertainties of the sand's two angles.
+Interpolated between the points; distance in standard uncertainties of the sand's two angles. What is nearer than {near:g} was
+simulated there with {n_checks} other seeds.
 
-| | µs | µr or aspect ratio | A (°) | φ (°) | distance |
-|---|---|---|---|---|---|
+| | µs | µr or aspect ratio | A (°) | φ (°) | distance | A simulated (°) | φ simulated (°) |
+|---|---|---|---|---|---|---|---|
 """
+
+
+def answer(checked: pd.DataFrame, aim: Sand) -> str:
+    """Which families meet both angles of the sand within their standard uncertainties, by what was simulated; checked : points."""
+    texts = []
+    for point in checked.to_dict("records"):
+        off = (abs(point["A"] - aim.A) / aim.A_se, abs(point["phi"] - aim.phi) / aim.phi_se)
+        verb = "meet" if max(off) <= 1.0 else "miss"
+        family = FAMILIES[point["family"]]
+        texts.append(
+            f"{family.name.capitalize()} (µs {point['static_friction']:g}, {family.symbol} {point['parameter']:g}) {verb} both "
+            f"angles of the sand: {off[0]:.1f} and {off[1]:.1f} standard uncertainties off."
+        )
+    return " ".join(texts).replace("miss both", "do not meet both") or "No family comes near the sand."
 
 
 def row_of(*cells: str) -> str:
@@ -335,14 +366,17 @@ def row_of(*cells: str) -> str:
     return f"| {' | '.join(cells)} |\n"
 
 
-def nearest_row(points: pd.DataFrame, family: Family, aim: Sand) -> str:
-    """Line of the table of what comes nearest to the sand."""
+def nearest_row(points: pd.DataFrame, checked: pd.DataFrame, family: Family, aim: Sand) -> str:
+    """Line of the table of what comes nearest to the sand; checked : what was simulated there."""
     best = nearest(points, family, aim)
     if best is None:
-        return row_of(family.name, *["–"] * 5)
+        return row_of(family.name, *["–"] * 7)
+    simulated = ["–"] * 2
+    for point in checked[checked["family"] == family.name].to_dict("records") if len(checked) else ():
+        simulated = [f"{point[name]:.1f} ± {point[f'{name}_se']:.1f}" for name in ("A", "phi")]
     digits = {"static_friction": ".2f", "parameter": ".3g", "A": ".1f", "phi": ".1f", "distance": ".1f"}
     friction, parameter, *others = (format(best[name], digit) for name, digit in digits.items())
-    return row_of(family.name, friction, f"{family.symbol} {parameter}", *others)
+    return row_of(family.name, friction, f"{family.symbol} {parameter}", *others, *simulated)
 
 
 def point_row(point: pd.Series) -> str:
@@ -354,14 +388,14 @@ def point_row(point: pd.Series) -> str:
     return row_of(f"{point['static_friction']:g}", f"{point['parameter']:g}", A, phi, f"{point['solid_fraction']:.3f}")
 
 
-def page(rows: pd.DataFrame, points: pd.DataFrame, aim: Sand) -> str:
-    """Text of the page."""
+def page(rows: pd.DataFrame, points: pd.DataFrame, checked: pd.DataFrame, aim: Sand) -> str:
+    """Text of the page; checked : as `nearest_row`."""
     n_grains = int(rows.loc[rows["experiment"] == "repose", "n_particles"].max())
     text = HEAD.format(
         n=len(rows), minutes=rows["wall_time_s"].sum() / 60.0, n_grains=n_grains, stress=STRESS_PA, seeds=rows["seed"].nunique(),
-        flat=FLAT_HEIGHT_RATIO, sand=aim,
+        flat=FLAT_HEIGHT_RATIO, sand=aim, answer=answer(checked, aim), near=NEAR, n_checks=len(CHECK_SEEDS),
     )  # fmt: skip
-    text += "".join(nearest_row(points, family, aim) for family in FAMILIES.values())
+    text += "".join(nearest_row(points, checked, family, aim) for family in FAMILIES.values())
     for family in FAMILIES.values():
         text += f"\n## {family.name.capitalize()}\n\n" + row_of(
             "µs", family.symbol, "A (°)", "φ (°)", "solid fraction when sheared"
@@ -387,9 +421,10 @@ def main() -> None:
     folder.mkdir(exist_ok=True)
     rows = run_all(tests(options.tiny, options.seeds), options.tiny, folder, options.processes)
     points, aim = points_of(rows), sand()
+    checked = points_of(run_all(checks(points, aim), options.tiny, folder, options.processes))
     plane_figure(points, aim).savefig(docs / "images" / "shape_plane.png", dpi=130)
     heap_figure(folder, rows).savefig(docs / "images" / "shape_heaps.png", dpi=130)
-    (docs / "shape.md").write_text(page(rows, points, aim), encoding="utf-8")
+    (docs / "shape.md").write_text(page(rows, points, checked, aim), encoding="utf-8")
 
 
 if __name__ == "__main__":
