@@ -23,6 +23,7 @@ from dem.factory import BoxRegion, Factory, Sizes, TubeRegion
 from dem.html import Rich
 from dem.material import Interaction, Material
 from dem.meshes.files import read_mesh, write_mesh
+from dem.readings import WallContacts
 from dem.shapes import ENDLESS_M, Body, Box, Drive, FreeTurn, Mesh, Motion, Tube, TurnDrive, Wall
 from dem.simulation import Grains, Simulation, SimulationError
 from dem.timestep import rayleigh_time, stable_time_step
@@ -52,6 +53,7 @@ __all__ = [
     "TubeRegion",
     "TurnDrive",
     "Wall",
+    "WallContacts",
     "load",
     "load_with_notes",
     "packed",

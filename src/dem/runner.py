@@ -121,10 +121,14 @@ class Runner:
                 self.state.lengthen(reason)
         return loads / max(n_steps, 1)
 
-    def kernels(self, n_steps: int) -> tuple[int, int, np.ndarray]:
-        """Make at most n_steps; returns the reason for the end, the number of steps made, and the mean loads of `steps`."""
+    def prepare_grid(self) -> None:
+        """Have a grid in which every triangle near a grain is found."""
         largest = float(self.state.places[:, RADIUS].max(initial=0.0))
         self.state.prepare_grid(largest + self.skin + self.reach_m)
+
+    def kernels(self, n_steps: int) -> tuple[int, int, np.ndarray]:
+        """Make at most n_steps; returns the reason for the end, the number of steps made, and the mean loads of `steps`."""
+        self.prepare_grid()
         state, scratch = self.state, self.scratch()
         mean_force, mean_torque = (np.zeros((len(state.bodies.force), 3)) for _ in range(2))
         if scratch.threads:

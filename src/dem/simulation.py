@@ -33,6 +33,7 @@ from dem.layout import (
 from dem.lists.pairs import deepest_overlap
 from dem.lists.storage import Widths
 from dem.material import Interaction, Material, require, require_vector
+from dem.readings import WallContacts, wall_contacts
 from dem.runner import Runner
 from dem.shapes import Body, Drive, Mesh, Wall, may_turn
 from dem.shapes.mesh import check_beside_grains
@@ -556,6 +557,15 @@ class Simulation:
         The pivot of a mesh is its origin. Zero in a simulation without meshes and walls that turn.
         """
         return self._state.mean_wall_torques_n_m
+
+    def wall_contacts(self, wall: str) -> WallContacts:
+        """Contacts of a wall now: places, forces and torques, those of the step to come. Reading them changes nothing.
+
+        Raises
+        ------
+        ValueError : no step was made since grains or walls were added or removed: neighbours are not known.
+        """
+        return wall_contacts(self._runner, self._wall_index(wall))
 
     @property
     def grains(self) -> Grains:

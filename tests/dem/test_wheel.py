@@ -13,7 +13,8 @@ from dem.experiments.soil import Engine, Soil
 from dem.experiments.soil_bed import SoilBed
 from dem.experiments.state import State
 from dem.experiments.wheel import WheelShape, WheelTest
-from dem.measure.wheel import rut, steady
+from dem.measure.rim import TORQUE, integrated, rim_stress, steady_loads
+from dem.measure.wheel import rut, steady, steady_samples
 
 SOIL = Soil(
     radius_m=1e-3, density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e6, static_friction=0.5, rolling_friction=0.1,
@@ -88,8 +89,35 @@ def test_a_rut_stays_behind_and_the_bed_is_as_it_was(driven, bed):
     assert change[len(change) // 2] < -0.5e-3
     again = soil_bed.surface(bed.simulation.grains, SOIL, SETUP)
     assert np.array_equal(again, bed.heights_m)
-    assert list(run.moments) == ["lowered", "middle", "end"]
+    assert list(run.moments) == ["lowered", "middle", "flow_begins", "flow_ends", "end"]
     assert run.axles["lowered"][0] < run.axles["middle"][0] < run.axles["end"][0]
+
+
+def test_stresses_along_the_rim_add_up_to_force_and_torque_at_the_same_instants(driven):
+    """Bins of 5 degrees turn forces by 2.5 at most; only rubbing on the wheel's sides has a shorter arm than the radius."""
+    run, _ = driven
+    loads, time = steady_loads(run.rim, run.history["time_s"]), run.history["time_s"]
+    used = len(loads) // 5 * 5  # whole blocks
+    rows = np.flatnonzero(steady_samples(time))[-used:]
+    forces = np.array([run.rim["forces_n"][run.rim["sample"] == row].sum(axis=0) for row in rows]).mean(axis=0)
+    found = integrated(rim_stress(loads, SHAPE.radius_m, SHAPE.width_m), SHAPE.radius_m, SHAPE.width_m)
+    assert found["load_n"] == pytest.approx(forces[2], rel=2e-3)
+    assert found["drawbar_pull_n"] == pytest.approx(forces[0], abs=2e-3 * forces[2])
+    torque = loads[-used:, :, TORQUE].sum(axis=1).mean()
+    assert torque <= found["torque_n_m"] < 1.05 * torque
+    means = steady(run.history, SHAPE.radius_m)
+    assert found["load_n"] == pytest.approx(means.load_n, abs=4.0 * means.load_error_n)
+    assert found["drawbar_pull_n"] == pytest.approx(means.drawbar_pull_n, abs=4.0 * means.drawbar_pull_error_n)
+    assert torque == pytest.approx(means.torque_n_m, abs=4.0 * means.torque_error_n_m)
+
+
+def test_the_wheel_is_pressed_in_front_of_its_lowest_point(driven):
+    run, _ = driven
+    found = rim_stress(steady_loads(run.rim, run.history["time_s"]), SHAPE.radius_m, SHAPE.width_m)
+    normal, theta = found.normal_stress_pa, found.theta_deg
+    assert 0.0 < (normal * theta).sum() / normal.sum() < 45.0
+    assert (np.abs(found.shear_stress_pa) <= 1.05 * TEST.wheel_static_friction * np.abs(normal) + 1.0).all()
+    assert normal[np.abs(theta) > 100.0] == pytest.approx(0.0)
 
 
 def test_a_world_sixteen_times_as_large_gives_the_same_bytes_times_powers_of_two(driven):
@@ -107,7 +135,8 @@ def test_a_world_sixteen_times_as_large_gives_the_same_bytes_times_powers_of_two
 
 
 def numbers(run):
-    return np.concatenate([*run.history.values(), run.moments["end"].positions_m.ravel()])
+    noted = [*run.history.values(), *run.rim.values(), *(grains.positions_m for grains in run.moments.values())]
+    return np.concatenate([np.ravel(values) for values in noted])
 
 
 def through_a_file(state, path):
@@ -218,6 +247,14 @@ def test_a_wheel_that_slips_on_one_grain_has_friction_times_load(monkeypatch, he
     assert found.load_n == pytest.approx(test.load_n, rel=0.1)  # the wheel swings on the grain's spring
 
 
+def test_contacts_along_the_rim_are_seen_from_the_axle_also_a_period_away(monkeypatch):
+    monkeypatch.setattr(wheel, "FLOOR_DIAMETERS", 0.0)
+    test = WheelTest(load_n=0.05, slip=0.5, held="rim", speed_m_s=0.02, travel_ratio=1e-3)
+    run = wheel.drive(on_one_grain(1.5 * SETUP.length_m), SOIL, SHAPE, test)
+    assert len(run.rim["sample"]) > 10
+    assert run.rim["arms_m"] == pytest.approx(np.tile([0.0, 0.0, -SHAPE.radius_m], (len(run.rim["sample"]), 1)), abs=3e-4)
+
+
 def test_a_wheel_above_the_bed_feels_nothing(bed):
     simulation = wheel.start(bed, SOIL, SHAPE, TEST).simulation
     simulation.drive_wall("wheel")
@@ -279,6 +316,43 @@ def test_grousers_and_meshes_are_wheels(bed, tmp_path):
     of_shape, of_mesh = (steady(wheel.drive(bed, SOIL, shape, test).history, 0.010) for shape in (lugged, read))
     assert of_mesh.drawbar_pull_n == pytest.approx(of_shape.drawbar_pull_n, abs=0.02)
     assert of_mesh.sinkage_m == pytest.approx(of_shape.sinkage_m, abs=5e-4)
+
+
+def test_sandpaper_drives_the_soil_however_slippery_the_wheel_is(bed):
+    """A rim of glued grains shears the soil; the bare wheel slides on it. Momentum, torque and rim stresses count glued grains."""
+    test = dataclasses.replace(TEST, wheel_static_friction=0.05, travel_ratio=0.8)
+    rough = dataclasses.replace(SHAPE, rim="sandpaper")
+    runs = [wheel.drive(bed, SOIL, shape, test) for shape in (SHAPE, rough)]
+    bare, lined = (steady(run.history, SHAPE.radius_m) for run in runs)
+    assert lined.traction_coefficient > 3.0 * bare.traction_coefficient > 0.0
+    assert runs[1].momentum_residual_ratio < 1e-5
+    assert lined.load_n == pytest.approx(test.load_n, rel=0.05)
+    stress = rim_stress(steady_loads(runs[1].rim, runs[1].history["time_s"]), SHAPE.radius_m, SHAPE.width_m)
+    found = integrated(stress, SHAPE.radius_m, SHAPE.width_m)
+    assert found["load_n"] == pytest.approx(lined.load_n, abs=4.0 * lined.load_error_n)
+    assert found["torque_n_m"] == pytest.approx(lined.torque_n_m, rel=0.15)
+    assert len(runs[1].moments["end"]) == bed.n_particles
+
+
+def test_the_grains_of_sandpaper_touch_and_end_at_radius_and_width():
+    places = dataclasses.replace(SHAPE, rim="sandpaper").lining(1e-3)
+    assert np.hypot(places[:, 0], places[:, 2]) == pytest.approx(0.009)
+    assert np.abs(places[:, 1]).max() + 1e-3 == pytest.approx(0.004)
+    apart = np.linalg.norm(places[:, None] - places, axis=-1) + np.eye(len(places))
+    assert 2e-3 * (1.0 - 1e-9) < apart.min() < 2.05e-3
+    assert len(places) == 4 * 28
+
+
+def test_sandpaper_is_refused_with_grousers_meshes_and_clumps():
+    allowed = r"rim of the wheel is 'sandpaper'; allowed: 'smooth'"
+    with pytest.raises(ValueError, match=f"{allowed} with grousers or a mesh"):
+        WheelShape(radius_m=0.01, width_m=0.008, rim="sandpaper", grousers=8, grouser_height_m=1e-3, grouser_thickness_m=1e-3)
+    with pytest.raises(ValueError, match=r"rim of the wheel is 'rough'; allowed: one of"):
+        WheelShape(radius_m=0.01, width_m=0.008, rim="rough")
+    bed = SoilBed(SETUP, None, "done", 0.015, np.zeros((1, 1)), 0.5, 1250.0, np.zeros(0, int), 1, 0.0)
+    clumps = dataclasses.replace(SOIL, shape=dem.Clump.preset("dimer"))
+    with pytest.raises(ValueError, match=f"{allowed} in a soil of clumps"):
+        wheel.check(bed, clumps, dataclasses.replace(SHAPE, rim="sandpaper"), TEST)
 
 
 def test_a_wheel_that_is_too_heavy_for_the_bed_stops_above_the_floor(bed):

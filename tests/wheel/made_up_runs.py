@@ -5,7 +5,7 @@ import pandas as pd
 
 from virtual_soil.campaign.tables import check_table, load_schema
 
-VALUES = {"case": "sand", "status": "done", "reason": "", "warnings": "", "held": "travel"}
+VALUES = {"case": "sand", "status": "done", "reason": "", "warnings": "", "held": "travel", "rim": "smooth"}
 
 
 def rows(schema, **columns):

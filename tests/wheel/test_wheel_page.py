@@ -8,7 +8,7 @@ from made_up_runs import BEDS, pressed, rows, travelled
 from virtual_soil.campaign.tables import check_table
 from virtual_soil.wheel import figures
 from virtual_soil.wheel.measured import cone_table, plate_table, wheel_table
-from virtual_soil.wheel.page import Results, density, write_page
+from virtual_soil.wheel.page import Results, assumptions, density, write_page
 
 SOUND = {"sand": ["confirmed", "matches"]}
 
@@ -55,6 +55,15 @@ def test_the_tables_have_the_numbers_of_the_runs(tmp_path):
     assert float(plate.split("|")[5]) == pytest.approx(2e3 * 0.01**1.2, rel=5e-3)  # kPa at two fifths of the depth
     assert "Bekker's moduli" in text
     assert "| 3.000 ± " in text
+
+
+def test_the_page_says_that_the_rim_is_sandpaper():
+    def said(rim):
+        runs = rows("wheel_run", seed=[1], radius_m=[0.1], asked_slip=[0.5], rim=[rim])
+        return assumptions(wheel_table(runs, [travelled(1.0)], BEDS))
+
+    assert "on its sides alone: grains of the soil are glued to the rim" in said("sandpaper")
+    assert "glued" not in said("smooth")
 
 
 def test_the_page_says_where_grains_are_too_soft(tmp_path):

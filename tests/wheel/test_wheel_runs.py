@@ -10,6 +10,7 @@ from virtual_soil.campaign.sections import Study
 from virtual_soil.campaign.settings import defaults
 from virtual_soil.campaign.tables import read_table
 from virtual_soil.errors import InputError
+from virtual_soil.wheel.fields import tables_of
 from virtual_soil.wheel.runs import (
     PRESS_HISTORY,
     WHEEL_HISTORY,
@@ -90,13 +91,15 @@ def test_a_run_that_breaks_off_has_a_reason_and_one_that_is_refused_ends_the_job
 @pytest.mark.parametrize(("schema", "row"), [("wheel", wheel_row), ("press", press_row)])
 def test_a_run_that_broke_off_is_stored_with_its_reason(tmp_path, schema, row):
     size = dict.fromkeys(("radius_m", "width_m", "applied_load_n", "wheel_static_friction", "diameter_m", "area_m2"), 1.0)
-    size |= {"depth_m": 1.0, "speed_m_s": 1.0, "asked_slip": 0.5, "held": "travel", "wall_time_s": 0.1}
-    output = {name: str(tmp_path / f"{name}.parquet") for name in ("run", "history")}
-    history = {name: [] for name in {"wheel": WHEEL_HISTORY, "press": PRESS_HISTORY}[schema]}
-    store({"case": "sand", "bed_seed": "7"}, row(None, "grains fell") | size, history, output, schema, {})
+    size |= {"depth_m": 1.0, "speed_m_s": 1.0, "asked_slip": 0.5, "held": "travel", "rim": "smooth", "wall_time_s": 0.1}
+    tables = {"history": {name: [] for name in {"wheel": WHEEL_HISTORY, "press": PRESS_HISTORY}[schema]}}
+    tables |= tables_of(None, None, None) if schema == "wheel" else {}
+    output = {name: str(tmp_path / f"{name}.parquet") for name in ("run", *tables)}
+    store({"case": "sand", "bed_seed": "7"}, row(None, "grains fell") | size, tables, output, schema, {})
     found = read_table(output["run"], f"{schema}_run").iloc[0]
     assert (found["case"], found["seed"], found["status"], found["reason"]) == ("sand", 7, "failed", "grains fell")
-    assert len(read_table(output["history"], f"{schema}_history")) == 0
+    assert all(len(read_table(output[name], f"{schema}_{name}")) == 0 for name in tables)
+    assert len(tables) == {"wheel": 4, "press": 1}[schema]
 
 
 def test_a_file_that_is_no_bed_is_named(tmp_path):
@@ -112,12 +115,14 @@ def test_an_interrupted_wheel_goes_on_with_the_same_numbers(prepared, tmp_path):
     with pytest.raises(SystemExit):
         drive_wheel(JOB, "0.5", bed, Interrupted(saved, 300, {"slip": "0.5"}))
     resumed = Watched(saved, 300, {"slip": "0.5"})
-    row, history = drive_wheel(JOB, "0.5", bed, resumed)
+    row, tables = drive_wheel(JOB, "0.5", bed, resumed)
     assert set(resumed.stages) == {"travel"}
     assert (row["status"], row["n_steps"]) == ("done", whole_row["n_steps"])
     assert row["motor_work_j"] == whole_row["motor_work_j"]
-    for name, values in history.items():
-        assert np.array_equal(values, whole[name]), name
+    assert min(len(next(iter(columns.values()))) for columns in tables.values()) > 30
+    for name, columns in tables.items():
+        for column, values in columns.items():
+            assert np.array_equal(values, whole[name][column], equal_nan=True), (name, column)
 
 
 def test_a_bed_is_stored_with_its_density(prepared, tmp_path):

@@ -18,7 +18,12 @@ from virtual_soil.wheel.setups import test_of as of_run
 from virtual_soil.wheel.soil import cases_of, engine_settings, grain_settings, is_confirmed, soil_of_case, verdicts_of
 
 TOY = {
-    "shape": {"radius_m": 0.010, "width_m": 0.008, "grousers": {"count": 0, "height_m": 0.002, "thickness_m": 0.001}},
+    "shape": {
+        "radius_m": 0.010,
+        "width_m": 0.008,
+        "rim": "smooth",
+        "grousers": {"count": 0, "height_m": 0.002, "thickness_m": 0.001},
+    },
     "load_n": 0.1,
     "slips": [0.5],
     "speed_m_s": 0.05,
@@ -134,6 +139,8 @@ def test_a_sound_wheel_is_not_refused(calibration):
     checked(default, calibration)
     checked(toy(), calibration)
     checked(toy(shape={"grousers": {"count": 8, "height_m": 0.001, "thickness_m": 0.001}}), calibration)
+    checked(toy(shape={"rim": "sandpaper"}), calibration)
+    assert shape_of(toy(shape={"rim": "sandpaper"})["wheel"]).rim == "sandpaper"
 
 
 @pytest.mark.parametrize(
@@ -148,6 +155,14 @@ def test_a_sound_wheel_is_not_refused(calibration):
         ({"travel_ratio": 3.0}, "wheel: travel_ratio of the wheel is 3.0; allowed: at most 2.7"),
         ({"drawbar_load_n": 1.0}, "wheel: drawbar_load_n is 1.0; allowed: 0 unless held is 'free'"),
         ({"held": "rim", "slips": [-1.0]}, "wheel: slip of the wheel is -1.0; allowed: from -1 (locked) to below 1, -1 excluded"),
+        (
+            {"shape": {"rim": "sandpaper"}, "mesh": {"file": "none.stl"}},
+            "wheel.shape.rim is sandpaper; allowed: smooth with wheel.mesh.file",
+        ),
+        (
+            {"shape": {"rim": "sandpaper", "grousers": {"count": 8, "height_m": 0.001, "thickness_m": 0.001}}},
+            "wheel.shape: rim of the wheel is 'sandpaper'; allowed: 'smooth' with grousers or a mesh",
+        ),
         ({"mesh": {"file": "none.stl"}}, "wheel.mesh: mesh file is none.stl; allowed: a file that exists"),
     ],
 )

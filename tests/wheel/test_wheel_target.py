@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 import yaml
 
+from dem.measure.rim import RimStress, integrated
 from virtual_soil.campaign.tables import load_schema, read_table, write_table
 
 ROOT = Path(__file__).parents[2]
@@ -66,6 +67,21 @@ def test_the_target_plans_a_bed_for_every_case_and_seed_and_a_run_for_every_slip
     expected = {"prepare_bed": 6, "drive_wheel": 12, "press_plate": 6, "push_cone": 6, "wheel_report": 1}
     assert {name: jobs.get(name) for name in expected} == expected
     assert not {"simulate", "conclude", "calibrate"} & set(jobs)
+
+
+def test_the_film_is_of_the_middle_slip_on_the_first_bed(tmp_path):
+    calibration(tmp_path / "results/toy/calibration.parquet")
+    result = snakemake(
+        tmp_path, "-n", "wheel_film", wheel={"slips": [-0.2, 0.5, 0.7], "bed": TOY["wheel"]["bed"] | {"seeds": [3, 1]}}
+    )
+    assert result.returncode == 0, result.stderr
+    jobs = planned(result.stdout + result.stderr)
+    assert {name: jobs.get(name) for name in ("prepare_bed", "film_wheel", "drive_wheel")} == {
+        "prepare_bed": 1,
+        "film_wheel": 1,
+        "drive_wheel": None,
+    }
+    assert "results/toy/wheel/sand/3/slip_0.5/film.gif" in result.stdout + result.stderr
 
 
 def test_a_study_without_a_calibration_is_told_what_to_run(tmp_path):
@@ -139,7 +155,6 @@ def test_a_toy_wheel_runs_from_the_calibration_to_its_tables(tmp_path):
     assert not list(tmp_path.glob("results/toy/checkpoints/wheel/*"))
     page = (tmp_path / "results/toy/wheel.md").read_text(encoding="utf-8")
     assert page.startswith("The soil's answer is confirmed")
-    assert (tmp_path / "results/toy/wheel/figures/wheel.png").stat().st_size > 5000
     (found,) = read_table(str(tmp_path / "results/toy/wheel/sand/preparation.parquet"), "wheel_preparation").to_dict("records")
     assert found["bulk_density_kg_m3"] == pytest.approx(1350.0, abs=0.0031 * 2500.0)
     assert run["preparation_friction_ratio"] == found["preparation_friction_ratio"] != 1.0
@@ -154,5 +169,13 @@ def test_a_toy_wheel_runs_from_the_calibration_to_its_tables(tmp_path):
     assert (line["n"].iloc[0], round(line["slip"].max(), 6)) == (pytest.approx(1.0, abs=1e-6), 0.55)
     assert "- J. Doe 2001" in page
     assert "asked for 1350 kg/m³" in page
+    for figure in ("wheel", "rim", "rut", "field"):
+        assert (tmp_path / f"results/toy/wheel/figures/{figure}.png").stat().st_size > 5000
+    folder = tmp_path / "results/toy/wheel/sand/1/slip_0.5"
+    rim, rut, field = (read_table(str(folder / f"{name}.parquet"), f"wheel_{name}") for name in ("rim", "rut", "field"))
+    stress = RimStress(*(rim[name].to_numpy() for name in rim))
+    assert integrated(stress, 0.010, 0.008)["load_n"] == pytest.approx(run["load_n"], abs=4.0 * run["load_error_n"])
+    assert (rut["height_after_m"] - rut["height_before_m"]).min() < -1e-3
+    assert (field["displacement_z_m"] < -0.5e-3).any()
     again = snakemake(tmp_path, "-n", "wheel", "plate", "cone", **changes)
     assert "Nothing to be done" in again.stdout + again.stderr

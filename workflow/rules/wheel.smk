@@ -55,6 +55,12 @@ rule steer_density:
         "../scripts/steer_density.py"
 
 
+rule wheel_film:
+    input:
+        f"{WHEEL_FILM}/film.gif",
+        f"{WHEEL_FILM}/film.pvd",
+
+
 rule prepare_bed:
     input:
         nothing_refused,
@@ -89,6 +95,9 @@ rule drive_wheel:
     output:
         run=f"{BED}/slip_{{slip}}/run.parquet",
         history=f"{BED}/slip_{{slip}}/history.parquet",
+        rim=f"{BED}/slip_{{slip}}/rim.parquet",
+        rut=f"{BED}/slip_{{slip}}/rut.parquet",
+        field=f"{BED}/slip_{{slip}}/field.parquet",
     log:
         f"{BED_LOG}/slip_{{slip}}.log",
     priority: 1
@@ -107,6 +116,31 @@ rule drive_wheel:
         "Drive the wheel over bed {wildcards.bed_seed} of {wildcards.case} at slip {wildcards.slip}."
     script:
         "../scripts/drive_wheel.py"
+
+
+rule film_wheel:
+    input:
+        bed=f"{BED}/bed.npz",
+        mesh=[] if WHEEL["mesh"]["file"] is None else WHEEL["mesh"]["file"],
+    output:
+        film=f"{BED}/slip_{{slip}}/film.gif",
+        series=f"{BED}/slip_{{slip}}/film.pvd",
+        surfaces=f"{BED}/slip_{{slip}}/film_wheel.pvd",
+        moments=directory(f"{BED}/slip_{{slip}}/film"),
+    log:
+        f"{BED_LOG}/film_{{slip}}.log",
+    threads: 1
+    params:
+        soil=calibrated_soil,
+        grains=WHEEL_GRAINS,
+        engine=WHEEL_ENGINE,
+        wheel=wheel_setups.wheel_settings(WHEEL),
+        dem=ENGINE,
+        code=CODE.of_script("film_wheel"),
+    message:
+        "Repeat the wheel's travel over bed {wildcards.bed_seed} of {wildcards.case} at slip {wildcards.slip} and film it."
+    script:
+        "../scripts/film_wheel.py"
 
 
 rule press_plate:
@@ -264,6 +298,9 @@ rule wheel_report:
         tables=expand(f"{RESULTS}/{{tool}}.parquet", tool=TOOLS),
         wheel_runs=files_of(WHEEL_RUNS, "run"),
         wheel_histories=files_of(WHEEL_RUNS, "history"),
+        rim=files_of(WHEEL_RUNS, "rim"),
+        rut=files_of(WHEEL_RUNS, "rut"),
+        field=files_of(WHEEL_RUNS, "field"),
         plate_runs=files_of(PLATE_RUNS, "run"),
         plate_histories=files_of(PLATE_RUNS, "history"),
         cone_runs=files_of(CONE_RUNS, "run"),
@@ -272,7 +309,7 @@ rule wheel_report:
         page=f"{RESULTS}/wheel.md",
         figures=expand(
             f"{RESULTS}/wheel/figures/{{figure}}.png",
-            figure=[*TOOLS, "wheel_over_time"],
+            figure=[*TOOLS, "wheel_over_time", "rim", "rut", "field"],
         ),
     log:
         f"{LOGS}/wheel/wheel_report.log",

@@ -19,6 +19,10 @@ ON_BEDS = {"case": WHEEL_CASES, "bed_seed": WHEEL["bed"]["seeds"]}
 WHEEL_RUNS = expand(
     f"{BED}/slip_{{slip}}", slip=wheel_setups.run_names(WHEEL), **ON_BEDS
 )
+# The run of the target `wheel_film`: on the first bed, the middle one of the slips.
+FIRST_BED = BED.format(case=WHEEL_CASES[0], bed_seed=WHEEL["bed"]["seeds"][0])
+WHEEL_NAMES = wheel_setups.run_names(WHEEL)
+WHEEL_FILM = f"{FIRST_BED}/slip_{WHEEL_NAMES[len(WHEEL_NAMES) // 2]}"
 PLATE_RUNS = expand(
     f"{BED}/plate_{{diameter}}",
     diameter=[f"{diameter:g}" for diameter in PLATE["diameters_m"]],

@@ -20,5 +20,6 @@ if __name__ == "__main__":
         sources=tuple(source for source in snakemake.params.sources if source),
         asked_density_kg_m3=snakemake.params.asked_density_kg_m3,
         histories={tool: [read_table(p, f"{of_tool[tool]}_history") for p in files[f"{tool}_histories"]] for tool in tools},
+        fields={name: [read_table(path, f"wheel_{name}") for path in files[name]] for name in ("rim", "rut", "field")},
     )
     write_page(results, Path(snakemake.output.page), Path(snakemake.output.figures[0]).parent)

@@ -28,6 +28,10 @@ LOWERING_RATIO = 0.04
 CARRIED_RATIO, LOWERING_RADII = 0.1, 4.0
 #: Samples of the travel, at most.
 N_SAMPLES = 400
+#: Moments of the travel at which the grains are noted, as shares of it; between the last two the flow of the grains is measured.
+MOMENTS = {"middle": 0.5, "flow_begins": 0.79, "flow_ends": 0.81}
+#: Share of the travel from which on the contacts along the rim are noted.
+RIM_FROM = 0.5
 #: The test ends if the wheel comes nearer to the floor than this, in mean grain diameters.
 FLOOR_DIAMETERS = 4.0
 #: Radius and width of the wheel in mean grain diameters: refused below the first, warned of below the second.
@@ -45,11 +49,15 @@ STIFFNESS_NUMBER, INERTIAL_NUMBER, FROUDE = 2000.0, 5e-3, 0.02
 SHEAR_DIAMETERS = 10.0
 
 HELD = ("travel", "rim", "free")
+RIMS = ("smooth", "sandpaper")
 
 
 @dataclass(frozen=True, kw_only=True)
 class WheelShape(Rich):
-    """Wheel with its axle along y: radius of the rim, width, straight grousers; or a mesh (see `of_mesh`), with the same radius."""
+    """Wheel with its axle along y: radius of the rim, width, straight grousers; or a mesh (see `of_mesh`), with the same radius.
+
+    rim: "smooth", or "sandpaper": a layer of the soil's grains of mean radius, glued to a drum, with their tops at radius_m.
+    """
 
     radius_m: float
     width_m: float
@@ -57,8 +65,12 @@ class WheelShape(Rich):
     grouser_height_m: float = 0.0
     grouser_thickness_m: float = 0.0
     mesh: Mesh | None = None
+    rim: str = "smooth"
 
     def __post_init__(self):
+        require(self.rim in RIMS, "rim of the wheel", repr(self.rim), f"one of {list(RIMS)}")
+        plain = self.rim == "smooth" or (self.mesh is None and not self.grousers)
+        require(plain, "rim of the wheel", repr(self.rim), "'smooth' with grousers or a mesh")
         for name in ("radius_m", "width_m"):
             value = getattr(self, name)
             require(0.0 < value < math.inf, f"{name} of the wheel", value, "a positive number")
@@ -94,13 +106,26 @@ class WheelShape(Rich):
         top = self.radius_m + self.grouser_height_m
         return top / math.cos(math.asin(0.5 * self.grouser_thickness_m / top))  # the tips are flat, see `dem.solids.wheel`
 
-    def surface(self, smallest_m: float, position_m: tuple[float, float, float]) -> Mesh:
-        """The wheel's surface at a place; the rim is a polygon that a grain of the smallest radius does not feel."""
+    def surface(self, smallest_m: float, position_m: tuple[float, float, float], lining_m: float = 0.0) -> Mesh:
+        """The wheel's surface at a place; the rim is a polygon that a grain of the smallest radius does not feel.
+
+        lining_m : thickness of what is glued to the rim.
+        """
         if self.mesh is not None:
             return replace(self.mesh, position_m=position_m)
         sides = solids.sides_for(self.radius_m, smallest_m)
         grousers = (self.grousers, self.grouser_height_m, self.grouser_thickness_m)
-        return solids.wheel(self.radius_m, self.width_m, *grousers, sides, position_m=position_m)
+        return solids.wheel(self.radius_m - lining_m, self.width_m, *grousers, sides, position_m=position_m)
+
+    def lining(self, grain_radius_m: float) -> np.ndarray:
+        """Centres (n, 3) from the axle's middle of the grains that cover the rim, in rows that touch, every other shifted."""
+        at = self.radius_m - grain_radius_m
+        n_around = math.floor(math.pi / math.asin(grain_radius_m / at))
+        n_across = math.floor(0.5 * self.width_m / grain_radius_m * (1.0 + 1e-9))
+        across, around = np.meshgrid(np.arange(n_across), np.arange(n_around), indexing="ij")
+        angles = 2.0 * np.pi * (around + 0.5 * (across % 2)) / n_around
+        y = 2.0 * grain_radius_m * (across - 0.5 * (n_across - 1))
+        return np.stack([at * np.cos(angles), y, at * np.sin(angles)], axis=-1).reshape(-1, 3)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,7 +183,9 @@ class WheelRun(Rich):
 
     status: "done"; "not_lowered" if the soil did not carry the wheel in time; "bottomed" if it came too near to the floor.
     history: columns of `record`; the time is 0 at the beginning of the travel, negative while the wheel is lowered. moments: grains
-    at the beginning, in the middle and at the end of the travel ("lowered", "middle", "end"), and axles (3,): the axle then.
+    at the beginning and at the end of the travel ("lowered", "end"), and at MOMENTS; axles (3,) and times_s: the axle and the time
+    then. rim: contacts with the wheel at every sample of the second half of the travel, one after the other: `sample` (k,), number
+    of the row in the history; `arms_m` (k, 3), from the axle; `forces_n`, `torques_n_m` (k, 3), on the wheel, about the axle.
     momentum_residual_ratio: residual of the momentum balance over load times duration. work_j: done by the motor, by what holds the
     axle along x ("axle"), by the load, and to give the wheel its speed ("start"). dissipated_j: their sum less the change of
     kinetic and potential energy; what the contacts' springs hold counts as dissipated.
@@ -170,6 +197,8 @@ class WheelRun(Rich):
     history: dict[str, np.ndarray]
     moments: dict[str, Grains]
     axles: dict[str, np.ndarray]
+    times_s: dict[str, float]
+    rim: dict[str, np.ndarray]
     warnings: list[str]
     momentum_residual_ratio: float
     work_j: dict[str, float]
@@ -196,6 +225,8 @@ def check(bed: SoilBed, soil: Soil, shape: WheelShape, test: WheelTest) -> list[
     Raises ValueError, naming the size, if the grains are too large for the wheel or the wheel for the bed.
     """
     d, setup, outer = 2.0 * soil.radius_m, bed.setup, shape.outer_radius_m
+    spheres = shape.rim == "smooth" or soil.shape is None
+    require(spheres, "rim of the wheel", repr(shape.rim), "'smooth' in a soil of clumps")
     for name, size, (least, _) in (("radius_m", shape.radius_m, RADIUS_DIAMETERS), ("width_m", shape.width_m, WIDTH_DIAMETERS)):
         found = f"{size:.4g} m, {size / d:.3g} grain diameters"
         require(size >= least * d * (1.0 - 1e-9), f"{name} of the wheel", found, f"at least {least:g}: smaller grains")
@@ -261,9 +292,8 @@ def start(bed: SoilBed, soil: Soil, shape: WheelShape, test: WheelTest, threads:
     z = touching_height_m(simulation.grains, bed, shape, x, y) + 0.01 * soil.radius_m
     slowest = lowering_speed_m_s(shape, simulation)
     drive = load_drive(test, simulation, damping_kg_s=test.load_n / slowest)
-    surface = shape.surface(soil.smallest_sphere_m, (x, y, z))
-    body = Body(name="wheel", material=TOOL_MATERIAL, shape=surface, motion=Motion(drives=(drive,)))
-    simulation.add_wall(body)
+    n_soil = simulation.n_grains
+    add_wheel(simulation, soil, shape, drive, (x, y, z))
     limit = steps_in(LOWERING_RADII * shape.radius_m / slowest, simulation)
     state = State(simulation, "lower", simulation.n_steps + limit)
     state.notes |= {
@@ -274,13 +304,29 @@ def start(bed: SoilBed, soil: Soil, shape: WheelShape, test: WheelTest, threads:
         "begun_step": simulation.n_steps,
         "booked_step": simulation.n_steps,
         "axle": [x, y, z],
+        "n_soil": n_soil,
         "wheel_impulse": [0.0, 0.0, 0.0],
         "floor_impulse": [0.0, 0.0, 0.0],
         "damper_impulse": 0.0,
         "work_j": {"motor": 0.0, "axle": 0.0, "load": 0.0},
-        "before": contents_of(content(simulation, soil, bed.glued)),
+        "before": contents_of(content(simulation, soil, carried(bed, simulation, n_soil))),
     }
     return state
+
+
+def add_wheel(simulation: Simulation, soil: Soil, shape: WheelShape, drive: Drive, axle_m: tuple[float, float, float]) -> None:
+    """Add the wheel, with grains glued to its rim if it is sandpaper."""
+    lining = 2.0 * soil.radius_m if shape.rim == "sandpaper" else 0.0
+    surface, n_soil = shape.surface(soil.smallest_sphere_m, axle_m, lining), simulation.n_grains
+    simulation.add_wall(Body(name="wheel", material=TOOL_MATERIAL, shape=surface, motion=Motion(drives=(drive,))))
+    if lining:
+        simulation.add_grains(shape.lining(soil.radius_m) + axle_m, soil.radius_m, "soil")
+        simulation.glue(np.arange(n_soil, simulation.n_grains), "wheel")
+
+
+def carried(bed: SoilBed, simulation: Simulation, n_soil: int) -> np.ndarray:
+    """Numbers of the grains (of clumps, whole ones) that belong to floor or wheel; n_soil : number of spheres of the soil."""
+    return np.concatenate([bed.glued, np.arange(n_soil, simulation.n_grains)])
 
 
 def contents_of(values: Content) -> dict:
@@ -341,8 +387,15 @@ def travel(state: State, shape: WheelShape, test: WheelTest) -> None:
     simulation.drive_wall("wheel", *drives)
     simulation.turn_wall("wheel", (0.0, rim / shape.radius_m, 0.0))
     every, steps = sample_steps(shape, test, simulation), steps_in(test.duration_s(shape.radius_m), simulation)
-    state.notes |= {"travel_s": simulation.time_s, "half_step": simulation.n_steps + math.ceil(0.5 * steps / every) * every}
+    state.notes |= {"travel_s": simulation.time_s, "marks": marks(simulation.n_steps, steps, every)}
     state.begin("travel", steps)
+
+
+def marks(first_step: int, steps: int, every: int) -> dict[str, int]:
+    """Moment -> step of the look at which it is noted."""
+    looks = {name: math.ceil(share * steps / every) for name, share in MOMENTS.items()}
+    looks["flow_ends"] = max(looks["flow_ends"], looks["flow_begins"] + 1)
+    return {name: first_step + k * every for name, k in looks.items()}
 
 
 def sample_steps(shape: WheelShape, test: WheelTest, simulation: Simulation) -> int:
@@ -350,10 +403,32 @@ def sample_steps(shape: WheelShape, test: WheelTest, simulation: Simulation) -> 
     return max(1, steps_in(test.duration_s(shape.radius_m) / N_SAMPLES, simulation))
 
 
+def note_travel(state: State, bed: SoilBed, test: WheelTest, shape: WheelShape) -> None:
+    """Note what is due at this look of the travel."""
+    simulation, notes = state.simulation, state.notes
+    for name, step in notes["marks"].items():
+        if simulation.n_steps == step:
+            note_moment(state, name)
+    if simulation.time_s - notes["travel_s"] > RIM_FROM * test.duration_s(shape.radius_m):
+        note_rim(state, bed)
+
+
+def note_rim(state: State, bed: SoilBed) -> None:
+    """Add the contacts of the wheel now to those of the samples before."""
+    notes, found = state.notes, state.simulation.wall_contacts("wheel")
+    arms, period = found.points_m - notes["axle"], np.array([bed.setup.length_m, bed.setup.width_m])
+    arms[:, :2] -= period * np.round(arms[:, :2] / period)
+    columns = {"arms_m": arms, "forces_n": found.forces_n, "torques_n_m": found.torques_n_m}
+    for name, values in ({"sample": np.full(len(found), len(notes["samples"]) - 1)} | columns).items():
+        notes[f"rim.{name}"] = np.concatenate([notes[f"rim.{name}"], values]) if f"rim.{name}" in notes else values
+
+
 def note_moment(state: State, name: str) -> None:
-    """Remember the grains, and where the axle is."""
-    state.note_grains(name, state.simulation.grains)
+    """Remember the soil's grains, and where the axle is."""
+    grains, n = state.simulation.grains, state.notes["n_soil"]
+    state.note_grains(name, Grains(**{key: values[:n] for key, values in vars(grains).items()}))
     state.notes[f"{name}.axle"] = np.asarray(state.simulation.wall("wheel").pivot)
+    state.notes[f"{name}.time_s"] = state.simulation.time_s
 
 
 def drive(
@@ -396,8 +471,7 @@ def drive(
         return sample["vertical_force_n"] > 0.5 * test.load_n and abs(sample["vertical_speed_m_s"]) < slow
 
     def near_floor(current: State, _: dict[str, float]) -> bool:
-        if current.simulation.n_steps == current.notes["half_step"]:
-            note_moment(current, "middle")
+        note_travel(current, bed, test, shape)
         return current.notes["axle"][2] - shape.outer_radius_m < FLOOR_DIAMETERS * 2.0 * soil.radius_m
 
     status = "not_lowered"
@@ -408,6 +482,12 @@ def drive(
         status = "bottomed" if stopped else "done"
     note_moment(state, "end")
     return result(state, bed, soil, shape, test, status)
+
+
+def rim_of(notes: dict) -> dict[str, np.ndarray]:
+    """The contacts that were noted, see `WheelRun`."""
+    none = {"sample": np.zeros(0, int)} | dict.fromkeys(("arms_m", "forces_n", "torques_n_m"), np.zeros((0, 3)))
+    return {name: np.asarray(notes.get(f"rim.{name}", empty)) for name, empty in none.items()}
 
 
 def unbalanced(state: State, before: Content, after: Content, test: WheelTest) -> float:
@@ -425,10 +505,11 @@ def result(state: State, bed: SoilBed, soil: Soil, shape: WheelShape, test: Whee
     """The results of a test that has ended."""
     simulation, notes = state.simulation, state.notes
     before = Content(**notes["before"] | {"momentum": np.asarray(notes["before"]["momentum"])})
-    after = content(simulation, soil, bed.glued)
+    after = content(simulation, soil, carried(bed, simulation, notes["n_soil"]))
     history = {name: np.array([sample[name] for sample in notes["samples"]]) for name in notes["samples"][0]}
-    history["time_s"] = history["time_s"] - (notes.get("travel_s", simulation.time_s) - notes["begun_s"])
-    names = [name for name in ("lowered", "middle", "end") if f"{name}.axle" in notes]
+    began = notes.get("travel_s", simulation.time_s)
+    history["time_s"] = history["time_s"] - (began - notes["begun_s"])
+    names = [name for name in ("lowered", *MOMENTS, "end") if f"{name}.axle" in notes]
     mass, velocity = wheel_mass_kg(test, simulation), np.asarray(simulation.wall("wheel").velocity_m_s)
     kinetic = after.kinetic_j - before.kinetic_j + 0.5 * mass * float((velocity**2).sum())
     work = notes["work_j"] | {"start": 0.5 * mass * test.speeds()[0] ** 2 if "travel_s" in notes else 0.0}
@@ -439,6 +520,8 @@ def result(state: State, bed: SoilBed, soil: Soil, shape: WheelShape, test: Whee
         history=history,
         moments={name: state.noted_grains(name) for name in names},
         axles={name: np.asarray(notes[f"{name}.axle"]) for name in names},
+        times_s={name: notes[f"{name}.time_s"] - began for name in names},
+        rim=rim_of(notes),
         warnings=list(notes["warnings"]),
         momentum_residual_ratio=unbalanced(state, before, after, test),
         work_j=work,

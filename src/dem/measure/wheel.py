@@ -51,6 +51,14 @@ def slip_of(speed_m_s, rim_speed_m_s):
         return np.where(u >= v, 1.0 - v / u, u / v - 1.0)
 
 
+def steady_samples(time_s: np.ndarray, share: float = STEADY_SHARE) -> np.ndarray:
+    """True for the samples (n,) in the last share of the travel; raises ValueError if the wheel did not travel."""
+    last = float(time_s[-1]) if len(time_s) else 0.0
+    if last <= 0.0:
+        raise ValueError("travel of the wheel is 0 s; allowed: a run that went on after the wheel was lowered.")
+    return time_s > (1.0 - share) * last * (1.0 + 1e-12)
+
+
 def steady(history: Mapping[str, np.ndarray], radius_m: float, share: float = STEADY_SHARE) -> Steady:
     """Means over the last share of the travel.
 
@@ -64,11 +72,7 @@ def steady(history: Mapping[str, np.ndarray], radius_m: float, share: float = ST
     ValueError : the wheel did not travel, or the stretch has fewer samples than blocks.
     """
     columns = {name: np.asarray(values, float) for name, values in history.items()}
-    time = columns["time_s"]
-    last = float(time[-1]) if len(time) else 0.0
-    if last <= 0.0:
-        raise ValueError("travel of the wheel is 0 s; allowed: a run that went on after the wheel was lowered.")
-    stretch = time > (1.0 - share) * last * (1.0 + 1e-12)
+    stretch = steady_samples(columns["time_s"], share)
     force, torque, sinkage, load, speed, rate = (
         columns[name][stretch]
         for name in ("drawbar_pull_n", "torque_n_m", "sinkage_m", "vertical_force_n", "speed_m_s", "rim_rate_rad_s")

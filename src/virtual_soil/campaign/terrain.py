@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from dem.experiments.wheel import HELD
+from dem.experiments.wheel import HELD, RIMS
 from dem.meshes.files import UNITS
 from virtual_soil.campaign.experiments.apparatus import GRAVITY
 from virtual_soil.campaign.settings import choice, section, setting
@@ -23,6 +23,11 @@ class WheelShape:
 
     radius_m: float = setting("radius of the rim, to which slip and sinkage refer", 0.058, above=0, usual=(1e-3, 2.0))
     width_m: float = setting("width of the rim", 0.050, above=0, usual=(1e-3, 2.0))
+    rim: str = choice(
+        "smooth, or sandpaper: the soil's grains glued to the rim, their tops at radius_m; without grousers and mesh",
+        "smooth",
+        RIMS,
+    )
     grousers: Grousers = section(Grousers)
 
 

@@ -1,7 +1,8 @@
 """Films of an experiment: recorded frames drawn as a GIF."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import ModuleType
+from typing import cast
 
 import matplotlib as mpl
 
@@ -51,9 +52,11 @@ def draw_frame(axes, frame: Frame, colour: np.ndarray, limits_mm, title: str, cu
     axes.set(xlim=(left, right), ylim=(low, high), title=title)
 
 
-def limits_mm(frames: list[Frame]) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Ranges of x and z over all frames, with a margin of two grain diameters."""
-    places = np.concatenate([frame.grains.positions_m for frame in frames])[:, [0, 2]]
+def limits_mm(frames: list[Frame], bodies: Sequence[str] = ()) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Ranges of x and z of the grains, and of some meshes, over all frames, with a margin of two grain diameters."""
+    grains = [frame.grains.positions_m for frame in frames]
+    surfaces = [cast(Mesh, frame.walls[name]).corners_m.reshape(-1, 3) for frame in frames for name in bodies]
+    places = np.concatenate([*grains, *surfaces])[:, [0, 2]]
     margin = 4.0 * frames[0].grains.radii_m.max()
     low, high = 1e3 * (places.min(axis=0) - margin), 1e3 * (places.max(axis=0) + margin)
     return (low[0], high[0]), (low[1], high[1])
@@ -67,9 +70,19 @@ def animate(experiment: ModuleType, row: dict, settings: dict, path: str) -> lis
     return shown
 
 
-def write_gif(path: str, frames: list[Frame], colour: np.ndarray, title: Callable[[Frame], str], cut: bool = False) -> None:
-    """Write a film; `colour` holds a number for every grain of the first frame. The same frames give the same bytes."""
-    limits = limits_mm(frames)
+def write_gif(
+    path: str,
+    frames: list[Frame],
+    colour: np.ndarray,
+    title: Callable[[Frame], str],
+    cut: bool = False,
+    bodies: Sequence[str] = (),
+) -> None:
+    """Write a film; `colour` holds a number for every grain of the first frame. The same frames give the same bytes.
+
+    bodies : names of the meshes that are to be seen as a whole, as all grains are.
+    """
+    limits = limits_mm(frames, bodies)
     (left, right), (low, high) = limits
     width = WIDTH_PX / DPI
     figure = Figure(figsize=(width, 0.82 * width * (high - low) / (right - left) + 1.0), dpi=DPI)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from virtual_soil.campaign.experiments.common import LARGEST_OVERLAP_RATIO
 from virtual_soil.campaign.files import write_text, writing
 from virtual_soil.verification.page import markdown
-from virtual_soil.wheel import figures
+from virtual_soil.wheel import contact_figures, figures
 from virtual_soil.wheel.measured_page import handbook_section, measured_section
 from virtual_soil.wheel.setups import BETWEEN_WARNINGS
 from virtual_soil.wheel.soil import is_confirmed
@@ -26,6 +26,7 @@ class Results:
 
     verdicts : case -> prediction and match of its answer. measured : of schema wheel_measured, handbook : of schema wheel_handbook,
     if there are any. sources : of the measurements. asked_density_kg_m3 : bulk density that was asked for, if one was.
+    fields : "rim", "rut", "field" -> tables of the wheel's runs one by one.
     """
 
     verdicts: dict[str, list[str]]
@@ -36,6 +37,7 @@ class Results:
     handbook: pd.DataFrame | None = None
     sources: tuple[str, ...] = ()
     asked_density_kg_m3: float | None = None
+    fields: dict[str, list[pd.DataFrame]] = field(default_factory=dict)
 
 
 def write_page(results: Results, page: Path, folder: Path) -> None:
@@ -49,6 +51,7 @@ def write_page(results: Results, page: Path, folder: Path) -> None:
         parts += [handbook_section(results.handbook)]
     if results.measured is not None:
         parts += [measured_section(results.measured, results.sources)]
+    parts += under_the_wheel(results, page, folder)
     for tool, section in (("plate", plate_table), ("cone", cone_table)):
         if tool in results.tables:
             drawn = figures.pressed(results.runs[tool], results.histories[tool], tool, results.measured)
@@ -78,12 +81,14 @@ def assumptions(table: pd.DataFrame) -> str:
     row = table.iloc[0]
     size = f"radius {1e3 * row['radius_m']:.4g} mm and width {1e3 * row['width_m']:.4g} mm"
     low, high = table["solid_fraction"].min(), table["solid_fraction"].max()
+    lined = ", on its sides alone: grains of the soil are glued to the rim" if row["rim"] == "sandpaper" else ""
     text = (
         f"Wheel of {size} under {row['applied_load_n']:.4g} N; grains of mean radius {1e3 * row['grain_radius_m']:.3g} mm with "
         "the frictions of the calibrated ones; friction of grains on the wheel "
-        f"{row['wheel_static_friction']:g}, which nobody measured; solid fraction of the beds {low:.3f} to {high:.3f}. Forces are "
-        "those of the soil on the wheel. Each ± is the standard error of one run's means over the last 40 % of its travel: neither "
-        "the scatter of beds, which their points show, nor the calibration's uncertainty, nor that of grain size and speed."
+        f"{row['wheel_static_friction']:g}, which nobody measured{lined}; solid fraction of the beds {low:.3f} to {high:.3f}. "
+        "Forces are those of the soil on the wheel. Each ± is the standard error of one run's means over the last 40 % of its "
+        "travel: neither the scatter of beds, which their points show, nor the calibration's uncertainty, nor that of grain size "
+        "and speed."
     )
     return f"{text}\n\n{warned(table)}"
 
@@ -112,6 +117,25 @@ def wheel_section(results: Results, page: Path, folder: Path) -> list[str]:
     parts = ["## Wheel", linked(figures.against_slip(table, results.measured, results.handbook), "wheel", page, folder)]
     parts += [linked(figures.over_time(results.runs["wheel"], results.histories["wheel"]), "wheel_over_time", page, folder)]
     return [*parts, wheel_table(table), remarks(table), softness(table)]
+
+
+def under_the_wheel(results: Results, page: Path, folder: Path) -> list[str]:
+    """Figures of the stresses along the rim, the rut and the flow."""
+    if not results.fields:
+        return []
+    runs, histories, tables = results.runs["wheel"], results.histories["wheel"], results.fields
+    return [
+        "## Under the wheel",
+        "Stresses of the soil along the rim, means over the steady stretch with their standard errors: normal ones towards the "
+        "axle, shear positive where it resists a driven wheel.",
+        linked(contact_figures.along_rim(runs, tables["rim"]), "rim", page, folder),
+        "The rut: change of the surface's height behind the wheel, and along its middle with the place of the axle (dotted); bands "
+        "are the standard deviation of the cells.",
+        linked(contact_figures.rut(runs, histories, tables["rut"]), "rut", page, folder),
+        "Grains in the wheel's middle plane in the middle of the steady stretch: displacement since the bed was at rest (colour), "
+        "and velocity (arrows).",
+        linked(contact_figures.field(runs, tables["field"]), "field", page, folder),
+    ]
 
 
 def pair(row, name: str, error: str, digits: int, factor: float = 1.0) -> str:

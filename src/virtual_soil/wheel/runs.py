@@ -17,6 +17,7 @@ from virtual_soil.campaign.resume import Checkpoint
 from virtual_soil.campaign.simulate import one_row
 from virtual_soil.campaign.tables import read_table, write_table
 from virtual_soil.errors import InputError
+from virtual_soil.wheel.fields import tables_of
 from virtual_soil.wheel.setups import BETWEEN_WARNINGS, press_test, refused, shape_of, slip_named, soil_and_engine, test_of
 
 #: Stages of the tests, for the progress line.
@@ -115,8 +116,8 @@ def bed_of(path: str | Path) -> SoilBed:
         raise InputError(f"{path}: not a bed of this version ({error}) Delete it and run again.") from None
 
 
-def drive_wheel(job: dict, name: str, path: str, checkpoint: Checkpoint) -> tuple[dict, dict]:
-    """Drive the wheel over the bed of a file; returns (row of the run, columns of its history, empty if it broke off).
+def drive_wheel(job: dict, name: str, path: str, checkpoint: Checkpoint) -> tuple[dict, dict[str, dict]]:
+    """Drive the wheel over the bed of a file; returns (row of the run, name -> columns of its tables, empty if it broke off).
 
     job : `soil`, `grains`, `engine`, `wheel` (of `wheel_settings`). name : of the run, see `run_names`.
     """
@@ -125,9 +126,15 @@ def drive_wheel(job: dict, name: str, path: str, checkpoint: Checkpoint) -> tupl
     run, reason = recorded(lambda **more: wheel.drive(bed, soil, shape, test, **more), WHEEL_STAGES, checkpoint)
     slip = slip_named(name)
     asked = {"held": test.held, "asked_slip": math.nan if slip is None else slip, "radius_m": shape.radius_m}
-    asked |= {"width_m": shape.width_m, "applied_load_n": test.load_n, "wheel_static_friction": float(test.wheel_static_friction)}
+    asked |= {
+        "width_m": shape.width_m,
+        "rim": shape.rim,
+        "applied_load_n": test.load_n,
+        "wheel_static_friction": float(test.wheel_static_friction),
+    }
     row = {**wheel_row(run, reason), **asked, "wall_time_s": checkpoint.spent_s}
-    return row, {column: [] if run is None else run.history[column] for column in WHEEL_HISTORY}
+    history = {column: [] if run is None else run.history[column] for column in WHEEL_HISTORY}
+    return row, {"history": history, **tables_of(run, bed, soil)}
 
 
 def wheel_row(run: WheelRun | None, reason: str) -> dict:
@@ -150,14 +157,14 @@ def wheel_row(run: WheelRun | None, reason: str) -> dict:
     }
 
 
-def press_plate(job: dict, diameter_m: float, path: str, checkpoint: Checkpoint) -> tuple[dict, dict]:
+def press_plate(job: dict, diameter_m: float, path: str, checkpoint: Checkpoint) -> tuple[dict, dict[str, dict]]:
     """Press a plate into the bed of a file; as `drive_wheel`. job : `soil`, `grains`, `engine`, `plate`."""
     soil, _ = soil_and_engine(job)
     test = press_test(job["plate"])
     return pressed(penetration.disc(diameter_m, test, soil), test, soil, path, checkpoint)
 
 
-def push_cone(job: dict, path: str, checkpoint: Checkpoint) -> tuple[dict, dict]:
+def push_cone(job: dict, path: str, checkpoint: Checkpoint) -> tuple[dict, dict[str, dict]]:
     """Push the cone into the bed of a file; as `drive_wheel`. job : `soil`, `grains`, `engine`, `cone`."""
     soil, _ = soil_and_engine(job)
     section = job["cone"]
@@ -165,7 +172,7 @@ def push_cone(job: dict, path: str, checkpoint: Checkpoint) -> tuple[dict, dict]
     return pressed(penetration.cone(section["base_area_m2"], section["angle_deg"], test, soil), test, soil, path, checkpoint)
 
 
-def pressed(tool, test, soil, path: str, checkpoint: Checkpoint) -> tuple[dict, dict]:
+def pressed(tool, test, soil, path: str, checkpoint: Checkpoint) -> tuple[dict, dict[str, dict]]:
     """Press a tool into the bed of a file."""
     bed = bed_of(path)
     run, reason = recorded(lambda **more: penetration.press(bed, soil, tool, test, **more), PRESS_STAGES, checkpoint)
@@ -176,7 +183,7 @@ def pressed(tool, test, soil, path: str, checkpoint: Checkpoint) -> tuple[dict, 
         "speed_m_s": float(test.speed_m_s),
     }
     row = {**press_row(run, reason), **size, "wall_time_s": checkpoint.spent_s}
-    return row, {column: [] if run is None else run.history[column] for column in PRESS_HISTORY}
+    return row, {"history": {column: [] if run is None else run.history[column] for column in PRESS_HISTORY}}
 
 
 def press_row(run: Pressed | None, reason: str) -> dict:
@@ -188,10 +195,11 @@ def press_row(run: Pressed | None, reason: str) -> dict:
     return {**{name: getattr(run, name) for name in names}, "reason": reason, "warnings": BETWEEN_WARNINGS.join(run.warnings)}
 
 
-def store(wildcards: dict, row: dict, history: dict, output: dict[str, str], schema: str, source: dict) -> None:
-    """Write a run and its history; schema : "wheel" or "press". wildcards : of the rule, for the columns case and seed."""
+def store(wildcards: dict, row: dict, tables: dict[str, dict], output: dict[str, str], schema: str, source: dict) -> None:
+    """Write a run and its tables; schema : "wheel" or "press". wildcards : of the rule, for the columns case and seed."""
     bed = {"case": wildcards["case"], "seed": int(wildcards["bed_seed"])}
-    write_table(history, output["history"], f"{schema}_history", source)
+    for name, columns in tables.items():
+        write_table(columns, output[name], f"{schema}_{name}", source)
     write_table(one_row(bed | row), output["run"], f"{schema}_run", source)
 
 

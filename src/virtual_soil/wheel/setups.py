@@ -79,10 +79,12 @@ def shape_of(settings: dict) -> WheelShape:
             return WheelShape(
                 radius_m=shape["radius_m"],
                 width_m=shape["width_m"],
+                rim=shape["rim"],
                 grousers=grousers["count"],
                 grouser_height_m=grousers["height_m"] if grousers["count"] else 0.0,
                 grouser_thickness_m=grousers["thickness_m"] if grousers["count"] else 0.0,
             )
+        demand(shape["rim"] == "smooth", "wheel.shape.rim", shape["rim"], "smooth with wheel.mesh.file")
         found = WheelShape.of_mesh(dem.read_mesh(mesh["file"], mesh["unit"]), mesh["axis"], shape["radius_m"])
         width, outer = shape["width_m"], OUTER_RATIO * shape["radius_m"]
         same = abs(found.width_m - width) <= WIDTH_TOLERANCE * width
