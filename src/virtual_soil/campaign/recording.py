@@ -6,6 +6,7 @@ from importlib import import_module
 import numpy as np
 
 from dem import Grains, Simulation, Wall
+from virtual_soil.calibration.points import own_seed
 from virtual_soil.campaign.experiments import module_of
 from virtual_soil.campaign.experiments.common import engine_of, soil_of
 
@@ -51,5 +52,5 @@ def record(row: dict, settings: dict, stage: str) -> Film:
     """Simulate a design row and store a frame at every sampling interval of one stage."""
     soil, job = soil_of(row, settings), import_module(module_of(row["experiment"], "simulate"))
     film = Film(stage)
-    job.run(soil, settings["setup"], engine_of(settings), row["seed"], each=film)
+    job.run(soil, settings["setup"], engine_of(settings), own_seed(row), each=film)
     return film

@@ -12,6 +12,7 @@ from importlib import import_module
 from pathlib import Path
 
 from dem import SimulationError
+from virtual_soil.calibration.points import own_seed
 from virtual_soil.campaign.batches import may_hold, stage_of
 from virtual_soil.campaign.experiments import module_of
 from virtual_soil.campaign.experiments.common import engine_of, soil_of
@@ -63,7 +64,7 @@ def recorded(job, row: dict, settings: dict, checkpoint: Checkpoint):
     try:
         with checkpoint.on_signals():
             soil, engine = soil_of(row, settings), engine_of(settings)
-            result = job.run(soil, settings["setup"], engine, row["seed"], each=each, state=state, keep=checkpoint.keep)
+            result = job.run(soil, settings["setup"], engine, own_seed(row), each=each, state=state, keep=checkpoint.keep)
         reason = None
     except FAILURES as error:
         traceback.print_exc()
