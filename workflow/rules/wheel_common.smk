@@ -37,6 +37,9 @@ IS_MEASURED = not (WHEEL["measured"]["file"] is PLATE["measured"]["file"] is Non
 HAS_HANDBOOK = WHEEL["handbook"]["internal_friction_angle_deg"] is not None
 # Tools of the page: the wheel, and those of plates and cone that have runs.
 TOOLS = ["wheel", *(["plate"] if PLATE_RUNS else []), *(["cone"] if CONE_RUNS else [])]
+# Case of `wheel_spread`, and the plate that is pressed into its beds.
+SPREAD_CASE = WHEEL_CASES[0]
+SPREAD_PLATE = SPREAD["plate_diameter_m"]
 
 
 def calibrated_soil(wildcards):
@@ -80,3 +83,17 @@ def files_of(runs, file):
 def checkpoint_of(test):
     """Parameter function: checkpoint of a job."""
     return lambda wildcards: (BED_CHECKPOINT + test).format(**dict(wildcards.items()))
+
+
+def spread_files(of_bed):
+    """Input function: one file of every bed of the optimum and of its equivalent sets."""
+
+    def files(wildcards):
+        beds = in_words(
+            wheel_spread.beds_of, ANSWER, SPREAD_CASE, config["design"], SPREAD
+        )
+        return [
+            f"{BED}/{of_bed}".format(case=case, bed_seed=seed) for case, seed in beds
+        ]
+
+    return files

@@ -1,26 +1,10 @@
 # Does it matter under the wheel which of the equivalent soils is taken? Not part of `all`: the first case of the wheel, and soils that
 # serve as well. Beds, wheels and plates are jobs of wheel.smk.
-SPREAD_CASE = WHEEL_CASES[0]
-SPREAD_PLATE = SPREAD["plate_diameter_m"]
 
 
 localrules:
     measure_spread,
     spread_report,
-
-
-def spread_files(of_bed):
-    """Input function: one file of every bed of the optimum and of its equivalent sets."""
-
-    def files(wildcards):
-        beds = in_words(
-            wheel_spread.beds_of, ANSWER, SPREAD_CASE, config["design"], SPREAD
-        )
-        return [
-            f"{BED}/{of_bed}".format(case=case, bed_seed=seed) for case, seed in beds
-        ]
-
-    return files
 
 
 rule wheel_spread:
