@@ -19,7 +19,7 @@ from dem.clumps.mix import Mix
 from dem.clumps.records import ClumpStates
 from dem.clumps.shape import Clump
 from dem.contact.model import work_of_adhesion
-from dem.factory import BoxRegion, Factory, Sizes, TubeRegion
+from dem.factory import BoxRegion, Factory, Sizes, TubeRegion, drawn_kinds
 from dem.html import Rich
 from dem.material import Interaction, Material
 from dem.meshes.files import read_mesh, write_mesh
@@ -54,6 +54,7 @@ __all__ = [
     "TurnDrive",
     "Wall",
     "WallContacts",
+    "drawn_kinds",
     "load",
     "load_with_notes",
     "packed",

@@ -27,7 +27,7 @@ rule measure_spread:
     log:
         f"{LOGS}/wheel/measure_spread.log",
     params:
-        sinkage_m=SPREAD["plate_sinkage_m"],
+        spread={name: SPREAD[name] for name in SPREAD if name != "measured_ratio"},
         code=CODE.of_script("measure_spread"),
     message:
         "Measure the wheel on beds of the optimum and of soils that serve as well."

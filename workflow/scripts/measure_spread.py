@@ -13,6 +13,6 @@ if __name__ == "__main__":
         (read_table(path, "wheel_history") for path in files["histories"]),
         stacked(files["beds"], "wheel_bed"),
         (read_table(path, "press_history") for path in files["plates"]),
-        snakemake.params.sinkage_m,
+        snakemake.params.spread["plate_sinkage_m"],
     )
     write_table(table, snakemake.output.table, "wheel_spread", {"rule": snakemake.rule, **dict(snakemake.params.items())})

@@ -6,9 +6,21 @@ from typing import Any
 
 import numpy as np
 
-from dem import BoxRegion, Clump, Factory, Grains, Interaction, Material, Mix, Rich, Simulation, Sizes, TubeRegion, work_of_adhesion
-from dem.clumps.mix import Shape
-from dem.factory import drawn_kinds
+from dem import (
+    BoxRegion,
+    Clump,
+    Factory,
+    Grains,
+    Interaction,
+    Material,
+    Mix,
+    Rich,
+    Simulation,
+    Sizes,
+    TubeRegion,
+    drawn_kinds,
+    work_of_adhesion,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +46,7 @@ class Soil(Rich):
     radius_sd_ratio: float = 0.0
     distribution: str = "normal"
     classes: tuple[tuple[float, float], ...] = ()
-    shape: Shape | None = None
+    shape: Clump | Mix | None = None
 
     def __post_init__(self):
         if self.shape is not None and self.shape.n_spheres == 1:
