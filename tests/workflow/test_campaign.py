@@ -330,7 +330,7 @@ def test_a_hundred_thousand_simulations_are_planned_within_a_minute_and_a_gigaby
         (
             "soils",
             ["green_cheese"],
-            "there is no config/soils/green_cheese.yaml; existing soils: apollo_12_surface, glass_beads_50um, ",
+            "there is no config/soils/green_cheese.yaml; existing soils: apollo_12_surface, cmu_sand, glass_beads_50um, ",
         ),
         ("design.variables", ["radius_m"], "design.grid is {}; allowed: values of at least one of design.variables"),
         ("study", "../elsewhere", "study: '../elsewhere' does not match"),
