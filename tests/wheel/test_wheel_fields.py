@@ -98,7 +98,7 @@ def test_the_page_shows_rim_rut_and_field_also_of_runs_that_broke_off(tmp_path, 
     fields = {name: [table[:0] if empty else table] for name, table in made_up.items()}
     histories = [history()[:0] if empty else history()]
     tables = {"wheel": wheel_table(runs, histories, BEDS)}
-    results = Results({"sand": ["confirmed", "matches"]}, tables, {"wheel": runs}, {"wheel": histories}, fields)
+    results = Results({"sand": ["confirmed", "matches"]}, tables, {"wheel": runs}, {"wheel": histories}, fields=fields)
     write_page(results, tmp_path / "wheel.md", tmp_path / "figures")
     text = (tmp_path / "wheel.md").read_text(encoding="utf-8")
     for name in made_up:

@@ -17,7 +17,8 @@ from virtual_soil.campaign.simulate import run_batch
 
 ROOT = Path(__file__).parents[2]
 ROW = {
-    "simulation_id": "0123456789", "fidelity": "campaign", "radius_m": 1e-3, "radius_sd_ratio": 0.1, "density_kg_m3": 2500.0,
+    "simulation_id": "0123456789", "point_id": "01234567", "fidelity": "campaign",
+    "radius_m": 1e-3, "radius_sd_ratio": 0.1, "density_kg_m3": 2500.0,
     "poisson_ratio": 0.2, "shear_modulus_pa": 1e7, "static_friction": 0.6, "rolling_friction": 0.2, "restitution": 0.5, "seed": 1,
     "normal_stress_pa": 500.0,
 }  # fmt: skip

@@ -13,7 +13,8 @@ from virtual_soil.campaign.simulate import run_batch
 from virtual_soil.campaign.study import experiment_settings
 
 ROW = {
-    "simulation_id": "0123456789", "fidelity": "campaign", "radius_m": 1e-3, "radius_sd_ratio": 0.0, "density_kg_m3": 2500.0,
+    "simulation_id": "0123456789", "point_id": "01234567", "fidelity": "campaign",
+    "radius_m": 1e-3, "radius_sd_ratio": 0.0, "density_kg_m3": 2500.0,
     "poisson_ratio": 0.2, "shear_modulus_pa": 1e7, "static_friction": 0.3, "rolling_friction": 0.1, "restitution": 0.5, "seed": 1,
 }  # fmt: skip
 IMPOSSIBLE = ROW | {"poisson_ratio": 0.6}

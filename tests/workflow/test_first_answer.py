@@ -92,7 +92,7 @@ def test_a_strength_that_the_reference_did_not_measure_is_said_to_be_another(tmp
     [
         (
             "green_cheese",
-            "there is no config/soils/green_cheese.yaml; existing soils: apollo_12_surface, glass_beads_50um, ",
+            "there is no config/soils/green_cheese.yaml; existing soils: apollo_12_surface, cmu_sand, glass_beads_50um, ",
         ),
         ("no/such.yaml", "soil: there is no file no/such.yaml; allowed: a soil file (.yaml), or a name in config/soils"),
         ("3", "soil: 3 is not of type 'string'"),

@@ -90,7 +90,7 @@ def test_the_suggested_shear_box_file_is_understood(project):
     [
         ("my sand", None, "STUDY is 'my sand'; allowed: letters, digits, - and _"),
         ("", None, "STUDY is ''"),
-        ("moon", "cheese", "SOIL is 'cheese'; allowed: apollo_12_surface, glass_beads_50um, "),
+        ("moon", "cheese", "SOIL is 'cheese'; allowed: apollo_12_surface, cmu_sand, glass_beads_50um, "),
         ("paper", None, "config/paper.yaml exists already and is left as it is"),
         ("lunar_regolith", None, "config/soils/lunar_regolith.yaml exists already"),
     ],

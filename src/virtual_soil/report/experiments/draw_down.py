@@ -9,12 +9,12 @@ from matplotlib.figure import Figure
 from dem import Grains
 from dem.measure.draw_down import STEADY_SHARES
 from virtual_soil.campaign.study import experiment_settings
-from virtual_soil.report.experiments.viewless import packed_views as packed_views
-from virtual_soil.report.experiments.viewless import views as views
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas, draw_grains
 from virtual_soil.report.study import Study, base_point, before_and_after, couple
 from virtual_soil.report.text import number, spoken, with_error
+from virtual_soil.report.viewless import packed_views as packed_views
+from virtual_soil.report.viewless import views as views
 
 NAME, TITLE, SPECIMEN = "draw_down", "Draw-down", "drawn-down box"
 RESPONSES = {"discharge_rate": None, "draw_down_angle": None, "box_bulk_density": None}

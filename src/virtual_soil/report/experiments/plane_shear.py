@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 from dem.experiments.strength import STEADY_PART
 from virtual_soil.campaign.experiments.registry import RESPONSES as CAMPAIGN_RESPONSES
 from virtual_soil.report.experiments import shear as box
-from virtual_soil.report.experiments.viewless import views as views
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas
 from virtual_soil.report.study import Study, base_point, before_and_after, couple
 from virtual_soil.report.text import number, spoken
+from virtual_soil.report.viewless import views as views
 
 NAME, TITLE, SPECIMEN = "plane_shear", "Plane shear", "sheared bed"
 RESPONSES = {

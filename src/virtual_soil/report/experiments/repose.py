@@ -11,12 +11,12 @@ from virtual_soil.campaign.experiments.registry import RESPONSES as CAMPAIGN_RES
 from virtual_soil.campaign.experiments.repose.declared import gravity_m_s2, lift_speed_m_s
 from virtual_soil.campaign.grains import grain_radii_m
 from virtual_soil.campaign.study import experiment_settings
-from virtual_soil.report.experiments.viewless import views as views
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.pack import packed_grains
 from virtual_soil.report.plots import COLOURS, canvas, draw_grains
 from virtual_soil.report.study import Study, base_point, before_and_after, couple
 from virtual_soil.report.text import number, spoken
+from virtual_soil.report.viewless import views as views
 from virtual_soil.report.views import coordination, distance_mm
 
 NAME, TITLE, SPECIMEN = "repose", "Angle of repose", "heap"

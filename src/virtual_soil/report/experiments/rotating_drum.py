@@ -9,12 +9,12 @@ from matplotlib.figure import Figure
 from dem import Grains
 from dem.measure.drum import MIDDLE_SHARE, angles_of, steady_angle
 from virtual_soil.campaign.study import experiment_settings
-from virtual_soil.report.experiments.viewless import packed_views as packed_views
-from virtual_soil.report.experiments.viewless import views as views
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas, draw_grains
 from virtual_soil.report.study import Study, base_point, before_and_after, couple
 from virtual_soil.report.text import spoken, with_error
+from virtual_soil.report.viewless import packed_views as packed_views
+from virtual_soil.report.viewless import views as views
 
 NAME, TITLE, SPECIMEN = "rotating_drum", "Rotating drum", "turning drum"
 RESPONSES = {"drum_angle": None}

@@ -9,12 +9,12 @@ from matplotlib.figure import Figure
 from dem import Grains
 from virtual_soil.campaign.experiments.registry import RESPONSES as CAMPAIGN_RESPONSES
 from virtual_soil.campaign.experiments.shear.measure import COLUMNS
-from virtual_soil.report.experiments.viewless import packed_views as packed_views
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas, draw_grains
 from virtual_soil.report.quantities import printed_unit
 from virtual_soil.report.study import Study, base_point, before_and_after, couple
 from virtual_soil.report.text import number
+from virtual_soil.report.viewless import packed_views as packed_views
 from virtual_soil.report.views import run_label
 
 NAME, TITLE, SPECIMEN = "shear", "Direct shear", "shear box"

@@ -10,12 +10,12 @@ from dem import Grains
 from dem.experiments.cut_slope import CREST_RATIO, FLOOR_LAYER
 from virtual_soil.campaign.experiments.slope.declared import gravity_m_s2
 from virtual_soil.campaign.grains import grain_radii_m
-from virtual_soil.report.experiments.viewless import packed_views as packed_views
-from virtual_soil.report.experiments.viewless import views as views
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas, draw_grains
 from virtual_soil.report.study import Study, base_point, before_and_after, couple
 from virtual_soil.report.text import number, spoken
+from virtual_soil.report.viewless import packed_views as packed_views
+from virtual_soil.report.viewless import views as views
 
 NAME, TITLE, SPECIMEN = "slope", "Cut slope", "cut slope"
 RESPONSES = {"slope_angle": None}
