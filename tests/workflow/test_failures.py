@@ -78,7 +78,8 @@ def test_an_impossible_shear_test_is_recorded_and_left_out_of_the_strength(confi
 
 
 def test_a_heap_that_does_not_come_to_rest_in_time_says_so_and_has_no_angle_of_repose(config, tmp_path):
-    config["fidelity"]["campaign"]["lift_speed_m_s"] = 0.5
+    config["fidelity"]["campaign"]["lift_speed_m_s"] = 1.0
+    config["repose"]["max_time_s"] = 0.03  # no heap of any seed rests so soon
     run, output = simulate(ROW | {"experiment": "repose"}, config, tmp_path)
     assert run["status"] == "time_limit"
     grains = pd.read_parquet(output["after"])
