@@ -8,17 +8,15 @@ from pathlib import Path
 import pytest
 
 from virtual_soil.campaign.tables import check_table
-from virtual_soil.verification import GROUPS, strength, table_of
+from virtual_soil.verification import GROUPS, table_of
 
 SRC = Path(__file__).parents[2] / "src" / "virtual_soil" / "verification"
 RULES = Path(__file__).parents[2] / "workflow" / "rules" / "verification.smk"
-#: Shear tests take minutes: each case is run with one seed here, with the tolerance of one; the page has all seeds.
-SHORTER = {"strength": functools.partial(strength.checks, variant_seeds=(1,))}
 
 
 @functools.cache
 def checks_of(name):
-    return (GROUPS | SHORTER)[name]()
+    return GROUPS[name]()
 
 
 def failing(checks):
