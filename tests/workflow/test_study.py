@@ -12,6 +12,7 @@ from virtual_soil.campaign.sections import Study
 from virtual_soil.campaign.settings import defaults
 from virtual_soil.campaign.study import (
     StudyError,
+    base_simulation,
     check_soils,
     design_rows,
     experiment_settings,
@@ -169,6 +170,14 @@ def test_every_property_of_grains_and_walls_may_be_a_variable(variables):
         if name.startswith("wall"):
             assert all(setup[name] == row[name] for row, setup in heaps)
     assert set(config["design"]["fixed"]) == {"radius_m", "static_friction", "rolling_friction"} - set(variables)
+
+
+def test_a_film_shows_the_specimen_of_the_simulation_that_its_point_shares():
+    config = normal({"wall_static_friction": [0.0, 1.0], "static_friction": [0.1, 1.0]})
+    rows = design_rows(config)
+    for experiment in config["experiments"]:
+        shown = base_simulation(config, rows, experiment)
+        assert shown == simulations(config, rows)[shown["simulation_id"]]  # its point, too, of which the seed is
 
 
 def test_a_wall_that_is_no_variable_keeps_its_setting():

@@ -363,10 +363,9 @@ def simulated_in_all(file):
 
 
 def base_settings(experiment):
-    """Return design row (without its purposes) and settings of an experiment at the base point."""
+    """Return row and settings of an experiment's simulation at the base point."""
     row = base_simulation(config, DESIGN, experiment)
-    settings = experiment_settings(config, row)
-    return {key: value for key, value in row.items() if key != "purposes"}, settings
+    return row, experiment_settings(config, row)
 
 
 def known_tables(wildcards):

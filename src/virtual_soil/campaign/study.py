@@ -175,15 +175,19 @@ def design_rows(config: dict) -> list[dict]:
 
 def simulations(config: dict, rows: list[dict], insist: Collection[str] = ()) -> dict[str, dict]:
     """Return simulation_id -> the simulated design row (without purposes) of all rows that share it; insist : see `check_times`."""
-    found = {}
+    found: dict[str, dict] = {}
     for row in rows:
         if row["simulation_id"] not in found:
-            material = BY_NAME[row["experiment"]].canonical({key: row[key] for key in numbers(config["material"])}, config)
-            plain = {key: value for key, value in row.items() if key != "purposes"}
-            found[row["simulation_id"]] = {**plain, **material, "point_id": point_id(material)}
+            found[row["simulation_id"]] = simulated(config, row)
     check_costs(config, found)
     check_times(config, found, insist)
     return found
+
+
+def simulated(config: dict, row: dict) -> dict:
+    """Return the row of the simulation that a design row shares with others, without purposes; its seed is of this point."""
+    material = BY_NAME[row["experiment"]].canonical({key: row[key] for key in numbers(config["material"])}, config)
+    return {**{key: value for key, value in row.items() if key != "purposes"}, **material, "point_id": point_id(material)}
 
 
 def check_times(config: dict, rows: dict[str, dict], insist: Collection[str]) -> None:
@@ -248,12 +252,12 @@ def distance_from_base(config: dict, row) -> np.ndarray:
 
 
 def base_simulation(config: dict, rows: list[dict], experiment: str) -> dict:
-    """Return the campaign's row at the point of the design nearest to the base set, with the first seed and the largest load."""
+    """Return the simulation at the campaign's point nearest to the base set, with the first seed and the largest load."""
     here = [row for row in rows if row["experiment"] == experiment and row["fidelity"] == "campaign"]
     designed = [row for row in here if set(DESIGNED) & set(row["purposes"].split(","))]
     nearest = min(designed, key=lambda row: float(distance_from_base(config, row)[0]))
     same = [row for row in designed if row["point_id"] == nearest["point_id"] and row["seed"] == nearest["seed"]]
-    return max(same, key=lambda row: max((row[load] or 0.0 for load in LOADS), default=0.0))
+    return simulated(config, max(same, key=lambda row: max((row[load] or 0.0 for load in LOADS), default=0.0)))
 
 
 def planned_stages(results: str) -> list[str]:
