@@ -118,5 +118,6 @@ def append_far(rank, far, partner, m):
     begin, end = far.begin[rank], far.begin[rank + 1]
     if m + end - begin > partner.shape[0]:
         return -1
-    partner[m : m + end - begin] = far.partner[begin:end]
+    for k in range(begin, end):
+        partner[m + k - begin] = far.partner[k]
     return m + end - begin

@@ -114,17 +114,22 @@ def new_neighbours(n: int, capacity: int, contacts: Contacts, widths: Widths) ->
 
 @jit
 def copy_list(source, target):
-    """Copy an outer list into another of at least its capacity."""
+    """Copy an outer list into another of at least its capacity.
+
+    By loops: an assignment of slices compiles the message of unequal shapes, too, which takes longer than all of this function.
+    """
     m = 0
     for i in range(source.row.shape[0]):
         target.row[i, 0], target.row[i, 1] = source.row[i, 0], source.row[i, 1]
         m = max(m, source.row[i, 1])
-    target.order[:] = source.order
-    target.slab[:] = source.slab
+        target.order[i] = source.order[i]
+    for s in range(source.slab.shape[0]):
+        target.slab[s] = source.slab[s]
     for k in range(m):
         target.owner[k] = source.owner[k]
         target.partner[k] = source.partner[k]
-        target.history[k] = source.history[k]
+        for t in range(source.history.shape[1]):
+            target.history[k, t] = source.history[k, t]
 
 
 def owners_and_entries(outer: Outer) -> tuple[np.ndarray, np.ndarray]:
