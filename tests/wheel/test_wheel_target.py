@@ -64,9 +64,50 @@ def test_the_target_plans_a_bed_for_every_case_and_seed_and_a_run_for_every_slip
     result = snakemake(tmp_path, "-n", "wheel", wheel={"cases": ["sand", "regolith"], "slips": [0.5, -0.2], "bed": bed})
     assert result.returncode == 0, result.stderr
     jobs = planned(result.stdout + result.stderr)
-    expected = {"prepare_bed": 6, "drive_wheel": 12, "press_plate": 6, "push_cone": 6, "wheel_report": 1}
+    expected = {
+        "compile_wheel_kernels": 1,
+        "prepare_bed": 6,
+        "drive_wheel": 12,
+        "press_plate": 6,
+        "push_cone": 6,
+        "wheel_report": 1,
+    }
     assert {name: jobs.get(name) for name in expected} == expected
     assert not {"simulate", "conclude", "calibrate"} & set(jobs)
+
+
+def test_a_study_that_names_its_cases_is_told_once_what_the_wheel_takes(tmp_path):
+    """Before the soil is calibrated, too; the other targets with their own jobs."""
+    refused = snakemake(tmp_path, "-n", "wheel", wheel={"bed": TOY["wheel"]["bed"] | {"seeds": [1, 2]}})
+    line = "wheel (not part of `all`): 2 beds of 1 900 grains, 2 runs of the wheel, 2 plates, 2 cones: about 1 core-min in all."
+    assert (refused.stdout + refused.stderr).count(line) == 1
+    calibration(tmp_path / "results/toy/calibration.parquet")
+    silent = snakemake(tmp_path, "-n", "plate", wheel={"cases": []})
+    text = silent.stdout + silent.stderr
+    assert "wheel (not part of `all`)" not in text
+    assert "plate (not part of `all`): 5 beds of 1 900 grains, 5 plates: about 1 core-min in all." in text  # of all cases
+
+
+#: A scheduler that notes what is asked for, and refuses.
+SUBMIT = "echo {rule} {resources.runtime} {resources.mem_mb} >> asked.txt; exit 1"
+
+
+def test_every_job_on_a_bed_asks_for_time_and_memory(tmp_path):
+    calibration(tmp_path / "results/toy/calibration.parquet")
+    bed = tmp_path / "results/toy/wheel/sand/1"
+    bed.mkdir(parents=True)
+    for path in (bed.parent.parent / "kernels.txt", bed / "bed.npz", bed / "bed.parquet"):  # as if a first job had made them
+        path.touch()
+    cluster = ("--executor", "cluster-generic", "--cluster-generic-submit-cmd", SUBMIT, "--jobs", "9", "--keep-going")
+    changes = {"wheel": {"grains_per_radius": 60.0, "bed": TOY["wheel"]["bed"] | {"seeds": [1, 2]}}}
+    snakemake(tmp_path, *cluster, "wheel", "wheel_film", "--default-resources", "runtime=1", "mem_mb=1", **changes)
+    asked = [line.split() for line in (tmp_path / "asked.txt").read_text().splitlines()]
+    assert {rule for rule, *_ in asked} == {"prepare_bed", "drive_wheel", "film_wheel", "press_plate", "push_cone"}
+    memory = {rule: int(mem_mb) for rule, _, mem_mb in asked}
+    minutes = {rule: int(runtime) for rule, runtime, _ in asked}
+    assert all(value > 4 for value in minutes.values())  # more than a start
+    assert all(value > 1000 for value in memory.values())
+    assert memory["film_wheel"] > memory["drive_wheel"] == memory["prepare_bed"]
 
 
 def test_the_film_is_of_the_middle_slip_on_the_first_bed(tmp_path):
