@@ -1,5 +1,4 @@
 # Shared by the rules of wheel, plates and cone: what is run, where it is stored, and the soil under the tools.
-from virtual_soil.campaign.cost import requested_min
 from virtual_soil.wheel import cost as wheel_cost
 from virtual_soil.wheel import measurements as wheel_measurements
 from virtual_soil.wheel import setups as wheel_setups
