@@ -1,6 +1,7 @@
 """The targets `wheel`, `plate`, `cone`: what they plan, what they refuse, and a toy wheel from a calibration to its tables."""
 
 import math
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 import yaml
 
 from dem.measure.rim import RimStress, integrated
+from virtual_soil.campaign import new_study
 from virtual_soil.campaign.tables import load_schema, read_table, write_table
 
 ROOT = Path(__file__).parents[2]
@@ -86,6 +88,24 @@ def test_a_study_that_names_its_cases_is_told_once_what_the_wheel_takes(tmp_path
     text = silent.stdout + silent.stderr
     assert "wheel (not part of `all`)" not in text
     assert "plate (not part of `all`): 5 beds of 1 900 grains, 5 plates: about 1 core-min in all." in text  # of all cases
+
+
+def test_a_new_study_with_a_wheel_and_a_plate_plans_them(tmp_path):
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    tools = {"wheel": ["radius_m=0.1", "slips=0,0.5", "gravity_m_s2=moon"], "plate": ["diameters_m=0.1"]}
+    (path,) = new_study.start(tmp_path, "rover", "lunar_regolith", tools)
+    calibration(tmp_path / "results/rover/calibration.parquet", ("rover",))
+    command = [sys.executable, "-m", "snakemake", "-n", "wheel", "--snakefile", str(ROOT / "Snakefile"), "--configfile", str(path)]
+    result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    jobs = planned(result.stdout + result.stderr)
+    assert {rule: jobs.get(rule) for rule in ("prepare_bed", "drive_wheel", "press_plate", "push_cone")} == {
+        "prepare_bed": 2,
+        "drive_wheel": 4,
+        "press_plate": 2,
+        "push_cone": None,
+    }
+    assert "4 runs of the wheel, 2 plates: about" in result.stdout + result.stderr
 
 
 #: A scheduler that notes what is asked for, and refuses.

@@ -143,11 +143,11 @@ def summary(target: str, job: dict, sections: dict, jobs: list[tuple[str, dict, 
     """
     counts: dict[str, int] = {}
     seconds = 0.0
-    for rule, wildcards, number in jobs:
+    for rule, wildcards, number in (planned for planned in jobs if planned[2]):  # a cone that is not there has no size
         counts[rule] = counts.get(rule, 0) + number
         seconds += number * of_rule(rule, job, sections, wildcards).expected_s
     bed, n_beds = of_rule("prepare_bed", job, sections, {}), counts.pop("prepare_bed")
     grains = f"{float(f'{bed.spheres:.3g}'):,.0f}".replace(",", " ")
     parts = [f"{n_beds} {'bed' if n_beds == 1 else 'beds'} of {grains} {'spheres' if bed.clumps else 'grains'}"]
-    parts += [f"{number} {NOUNS[rule][number > 1]}" for rule, number in counts.items() if number]
+    parts += [f"{number} {NOUNS[rule][number > 1]}" for rule, number in counts.items()]
     return f"{target} (not part of `all`): {', '.join(parts)}: about {math.ceil(seconds / 60.0)} core-min in all."
