@@ -47,8 +47,9 @@ format: setup  ## rewrite Python and Snakemake files in the project's style
 status:  ## show the progress of a study, during or after its run: STUDY=<name> (default: default)
 	@$(BIN)/python -m virtual_soil.campaign.status $(if $(STUDY),--study $(STUDY))
 
-new-study: setup  ## write the files of a new study: STUDY=<name>, optionally SOIL=<name> from config/soils
-	@$(BIN)/python -m virtual_soil.campaign.new_study '$(STUDY)' $(SOIL)
+new-study: setup  ## write the files of a new study: STUDY=<name>; optionally SOIL=<name>, WHEEL, PLATE, CONE="key=value ..."
+	@$(BIN)/python -m virtual_soil.campaign.new_study '$(STUDY)' $(SOIL) $(if $(WHEEL),--wheel '$(WHEEL)') \
+		$(if $(PLATE),--plate '$(PLATE)') $(if $(CONE),--cone '$(CONE)')
 
 smoke: setup  ## run the complete workflow with few grains, in a few minutes
 	$(BIN)/snakemake -c$(CORES) all --configfile config/smoke.yaml

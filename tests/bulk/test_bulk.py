@@ -8,11 +8,12 @@ import pandas as pd
 import pytest
 
 import dem
-from virtual_soil.bulk import compare, drum, impact, peer, silo
+from virtual_soil.bulk import compare, cost, drum, impact, peer, silo
 from virtual_soil.bulk.materials import interactions, materials
 from virtual_soil.bulk.packings import Packing, of_table, packing_file, to_table
 from virtual_soil.bulk.run import steps_per_sample
-from virtual_soil.bulk.variants import packing_name, variants
+from virtual_soil.bulk.variants import CODES, LIGGGHTS, OURS, packing_name, variants
+from virtual_soil.campaign.cost import HEADROOM, requested_min, simulated_s
 from virtual_soil.errors import InputError
 from virtual_soil.verification.peers import liggghts
 
@@ -310,3 +311,32 @@ def test_settings_choose_the_runs():
     assert [packing_name(case, names[-1]) for case, names in found.items()] == [
         "penetration_50000", "drum_38000", "silo_large_full",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("case", "variant", "grains", "steps", "processor_s"),
+    [
+        ("impact", "25000_0", 25_000, 24_000, {OURS: 18.0, LIGGGHTS: 158.0}),
+        ("drum", "soft", 38_000, 32_000, {OURS: 242.0, LIGGGHTS: 461.0}),
+        ("silo", "small", 30_000, 15_000, {OURS: 47.0, LIGGGHTS: 127.0}),
+    ],
+)
+def test_the_published_runs_are_expected_to_take_what_they_took(case, variant, grains, steps, processor_s):
+    """Numbers of docs/bulk-benchmarks.md; an expectation is that of the slowest run, so others take less, but none much more."""
+    for code in CODES:
+        n, model_steps = cost.of_run(case, code, variant)
+        assert n == grains
+        assert model_steps == pytest.approx(cost.FACTORS[code] * steps)
+        expected_s = simulated_s(n, model_steps, clumps=False)
+        assert processor_s[code] < 1.5 * expected_s < HEADROOM * expected_s < 60.0 * requested_min(expected_s, 1)
+        assert expected_s < 10.0 * processor_s[code]
+
+
+def test_a_full_silo_gets_hours_and_a_filling_the_time_of_its_limit():
+    hours = {
+        name: requested_min(simulated_s(*cost.of_run("silo", OURS, name), clumps=False), 1) / 60.0
+        for name in ("small", "small_full")
+    }
+    assert hours["small"] < 1.0 < 24.0 < hours["small_full"]
+    n, steps = cost.of_filling("large")
+    assert (n, steps) == (30_000, pytest.approx(cost.FACTORS[OURS] * silo.REST_TIME_S / 4e-5))

@@ -1,6 +1,7 @@
 """The targets `wheel`, `plate`, `cone`: what they plan, what they refuse, and a toy wheel from a calibration to its tables."""
 
 import math
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 import yaml
 
 from dem.measure.rim import RimStress, integrated
+from virtual_soil.campaign import new_study
 from virtual_soil.campaign.tables import load_schema, read_table, write_table
 
 ROOT = Path(__file__).parents[2]
@@ -64,9 +66,68 @@ def test_the_target_plans_a_bed_for_every_case_and_seed_and_a_run_for_every_slip
     result = snakemake(tmp_path, "-n", "wheel", wheel={"cases": ["sand", "regolith"], "slips": [0.5, -0.2], "bed": bed})
     assert result.returncode == 0, result.stderr
     jobs = planned(result.stdout + result.stderr)
-    expected = {"prepare_bed": 6, "drive_wheel": 12, "press_plate": 6, "push_cone": 6, "wheel_report": 1}
+    expected = {
+        "compile_wheel_kernels": 1,
+        "prepare_bed": 6,
+        "drive_wheel": 12,
+        "press_plate": 6,
+        "push_cone": 6,
+        "wheel_report": 1,
+    }
     assert {name: jobs.get(name) for name in expected} == expected
     assert not {"simulate", "conclude", "calibrate"} & set(jobs)
+
+
+def test_a_study_that_names_its_cases_is_told_once_what_the_wheel_takes(tmp_path):
+    """Before the soil is calibrated, too; the other targets with their own jobs."""
+    refused = snakemake(tmp_path, "-n", "wheel", wheel={"bed": TOY["wheel"]["bed"] | {"seeds": [1, 2]}})
+    line = "wheel (not part of `all`): 2 beds of 1 900 grains, 2 runs of the wheel, 2 plates, 2 cones: about 1 core-min in all."
+    assert (refused.stdout + refused.stderr).count(line) == 1
+    calibration(tmp_path / "results/toy/calibration.parquet")
+    silent = snakemake(tmp_path, "-n", "plate", wheel={"cases": []})
+    text = silent.stdout + silent.stderr
+    assert "wheel (not part of `all`)" not in text
+    assert "plate (not part of `all`): 5 beds of 1 900 grains, 5 plates: about 1 core-min in all." in text  # of all cases
+
+
+def test_a_new_study_with_a_wheel_and_a_plate_plans_them(tmp_path):
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    tools = {"wheel": ["radius_m=0.1", "slips=0,0.5", "gravity_m_s2=moon"], "plate": ["diameters_m=0.1"]}
+    (path,) = new_study.start(tmp_path, "rover", "lunar_regolith", tools)
+    calibration(tmp_path / "results/rover/calibration.parquet", ("rover",))
+    command = [sys.executable, "-m", "snakemake", "-n", "wheel", "--snakefile", str(ROOT / "Snakefile"), "--configfile", str(path)]
+    result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    jobs = planned(result.stdout + result.stderr)
+    assert {rule: jobs.get(rule) for rule in ("prepare_bed", "drive_wheel", "press_plate", "push_cone")} == {
+        "prepare_bed": 2,
+        "drive_wheel": 4,
+        "press_plate": 2,
+        "push_cone": None,
+    }
+    assert "4 runs of the wheel, 2 plates: about" in result.stdout + result.stderr
+
+
+#: A scheduler that notes what is asked for, and refuses.
+SUBMIT = "echo {rule} {resources.runtime} {resources.mem_mb} >> asked.txt; exit 1"
+
+
+def test_every_job_on_a_bed_asks_for_time_and_memory(tmp_path):
+    calibration(tmp_path / "results/toy/calibration.parquet")
+    bed = tmp_path / "results/toy/wheel/sand/1"
+    bed.mkdir(parents=True)
+    for path in (bed.parent.parent / "kernels.txt", bed / "bed.npz", bed / "bed.parquet"):  # as if a first job had made them
+        path.touch()
+    cluster = ("--executor", "cluster-generic", "--cluster-generic-submit-cmd", SUBMIT, "--jobs", "9", "--keep-going")
+    changes = {"wheel": {"grains_per_radius": 60.0, "bed": TOY["wheel"]["bed"] | {"seeds": [1, 2]}}}
+    snakemake(tmp_path, *cluster, "wheel", "wheel_film", "--default-resources", "runtime=1", "mem_mb=1", **changes)
+    asked = [line.split() for line in (tmp_path / "asked.txt").read_text().splitlines()]
+    assert {rule for rule, *_ in asked} == {"prepare_bed", "drive_wheel", "film_wheel", "press_plate", "push_cone"}
+    memory = {rule: int(mem_mb) for rule, _, mem_mb in asked}
+    minutes = {rule: int(runtime) for rule, runtime, _ in asked}
+    assert all(value > 4 for value in minutes.values())  # more than a start
+    assert all(value > 1000 for value in memory.values())
+    assert memory["film_wheel"] > memory["drive_wheel"] == memory["prepare_bed"]
 
 
 def test_the_film_is_of_the_middle_slip_on_the_first_bed(tmp_path):

@@ -100,3 +100,55 @@ def test_what_cannot_be_is_refused_and_nothing_is_written(project, study, soil, 
     with pytest.raises(SystemExit, match=re.escape(message)):
         new_study.start(project, study, soil)
     assert {path: path.read_bytes() for path in project.rglob("*.yaml")} == before
+
+
+def test_a_wheel_is_asked_for_by_words_and_only_what_differs_is_written(project):
+    words = "radius_m=0.1 width_m=0.05 load_n=20 slips=0,0.2,0.5 gravity_m_s2=moon bed.seeds=3 held=travel".split()
+    tools = {"wheel": words, "plate": ["diameters_m=0.05,0.09"]}
+    (path,) = new_study.start(project, "rover", "lunar_regolith", tools)
+    own = yaml.safe_load(path.read_text())
+    assert own["wheel"] == {
+        "cases": ["rover"],
+        "shape": {"radius_m": 0.1},  # width and way of holding are the default's
+        "load_n": 20,
+        "slips": [0, 0.2, 0.5],
+        "gravity_m_s2": "moon",
+        "bed": {"seeds": [3]},
+    }
+    assert own["plate"] == {"diameters_m": [0.05, 0.09]}
+    assert own["cone"] == {"base_area_m2": None}
+    config = yaml.safe_load(DEFAULT)
+    update_config(config, own)
+    check_config(config)
+    assert config["wheel"]["cases"] == [case["case"] for case in config["optimise"]["cases"]]
+
+
+def test_a_study_without_words_has_no_wheel(project):
+    (path,) = new_study.start(project, "rover", "lunar_regolith")
+    assert not {"wheel", "plate", "cone"} & set(yaml.safe_load(path.read_text()))
+
+
+@pytest.mark.parametrize(
+    ("tool", "word", "message"),
+    [
+        ("wheel", "diameter_m=0.2", "WHEEL has 'diameter_m=0.2'; allowed: <key>=<value> with the keys cases, shape.radius_m, "),
+        ("plate", "depth_m", "PLATE has 'depth_m'; allowed: <key>=<value> with the keys diameters_m, depth_m"),
+        ("cone", "angle_deg=[", "CONE has 'angle_deg=['; allowed: a value in YAML"),
+        ("cone", "angle_deg=200", "cone.angle_deg"),
+        ("wheel", "radius_m=100", "wheel.shape.radius_m: 100 is unusual"),
+    ],
+)
+def test_a_word_that_cannot_be_is_refused_and_nothing_is_written(project, tool, word, message):
+    before = {path: path.read_bytes() for path in project.rglob("*.yaml")}
+    with pytest.raises(SystemExit, match=re.escape(message)):
+        new_study.start(project, "rover", "lunar_regolith", {tool: [word]})
+    assert {path: path.read_bytes() for path in project.rglob("*.yaml")} == before
+
+
+def test_the_command_takes_the_words_and_names_what_comes_next(project, monkeypatch, capsys):
+    monkeypatch.setattr(new_study, "ROOT", project)
+    new_study.main(["rover", "lunar_regolith", "--wheel", "load_n=20  slips=0.5", "--cone", "depth_m=0.04"])
+    assert yaml.safe_load((project / "config/rover.yaml").read_text())["cone"] == {"depth_m": 0.04}
+    said = capsys.readouterr().out
+    assert "snakemake -n wheel --configfile config/rover.yaml" in said
+    assert "snakemake -n cone --configfile config/rover.yaml" in said

@@ -160,6 +160,7 @@ WHOLE = {
     ("refinement_design", "study"),
     ("verification_design", "study"),
     ("compile_kernels", "settings"),
+    ("compile_wheel_kernels", "settings"),
 }
 
 

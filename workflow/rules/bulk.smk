@@ -1,4 +1,5 @@
 # Not part of `all`: three bulk benchmarks beside LIGGGHTS on the same packings, and the page that lists them. Not part of a study.
+from virtual_soil.bulk import cost as bulk_cost
 from virtual_soil.bulk import variants as bulk_variants
 from virtual_soil.bulk.packings import packing_file
 
@@ -23,6 +24,18 @@ wildcard_constraints:
     bulk_case="|".join(bulk_variants.CASES),
     code="|".join(bulk_variants.CODES),
     variant=r"\w+",
+
+
+def bulk_runtime(wildcards, attempt):
+    """Resource function: requested run time of a benchmark in minutes."""
+    work = bulk_cost.of_run(wildcards.bulk_case, wildcards.code, wildcards.variant)
+    return requested_min(simulated_s(*work, clumps=False), attempt)
+
+
+def filling_runtime(wildcards, attempt):
+    """Resource function: requested run time of a silo's filling in minutes."""
+    work = bulk_cost.of_filling(wildcards.orifice)
+    return requested_min(simulated_s(*work, clumps=False), attempt)
 
 
 rule bulk:
@@ -53,6 +66,8 @@ rule bulk_fill:
         packing="results/bulk/packings/silo_{orifice}.parquet",
     log:
         "logs/bulk/silo_{orifice}.log",
+    resources:
+        runtime=filling_runtime,
     params:
         engine=ENGINE,
         code=CODE.of_script("bulk_fill"),
@@ -72,6 +87,8 @@ rule bulk_run:
         cost="results/bulk/{bulk_case}/{code}/{variant}_cost.parquet",
     log:
         "logs/bulk/{bulk_case}/{code}/{variant}.log",
+    resources:
+        runtime=bulk_runtime,
     params:
         engine=ENGINE,
         code=lambda wildcards: CODE.of_script(

@@ -22,7 +22,13 @@ from virtual_soil.campaign.batches import (
     verification_stages,
 )
 from virtual_soil.campaign.code import Code
-from virtual_soil.campaign.cost import expected_s, memory_mb, runtime_min
+from virtual_soil.campaign.cost import (
+    expected_s,
+    memory_mb,
+    requested_min,
+    runtime_min,
+    simulated_s,
+)
 from virtual_soil.campaign.experiments import module_of
 from virtual_soil.campaign.experiments.registry import (
     BY_NAME,

@@ -18,28 +18,53 @@ localrules:
 
 rule wheel:
     input:
+        cost_told("wheel"),
         f"{RESULTS}/wheel.md",
 
 
 rule plate:
     input:
+        cost_told("plate"),
         f"{RESULTS}/plate.parquet",
 
 
 rule cone:
     input:
+        cost_told("cone"),
         f"{RESULTS}/cone.parquet",
+
+
+rule compile_wheel_kernels:
+    output:
+        marker=WHEEL_KERNELS,
+    log:
+        f"{LOGS}/wheel/compile_kernels.log",
+    params:
+        engine=ENGINE,
+        settings=WHEEL_ENGINE | {"periodic": True},
+        adhesion=adhesion_laws(config),
+        clumps=config["shape"] is not None,
+        turning=True,
+        code=CODE.of_script("compile_kernels"),
+    message:
+        "Compile the engine's kernels of beds and tools once, before they are used."
+    script:
+        "../scripts/compile_kernels.py"
 
 
 rule steer_density:
     input:
         nothing_refused,
+        kernels=WHEEL_KERNELS,
     output:
         row=PREPARATION,
     log:
         f"{LOGS}/wheel/{{case}}/preparation.log",
     priority: 3
     threads: 1
+    resources:
+        runtime=wheel_runtime,
+        mem_mb=wheel_memory,
     params:
         soil=calibrated_soil,
         grains=WHEEL_GRAINS,
@@ -64,6 +89,7 @@ rule wheel_film:
 rule prepare_bed:
     input:
         nothing_refused,
+        kernels=WHEEL_KERNELS,
         preparation=preparation,
     output:
         bed=f"{BED}/bed.npz",
@@ -74,6 +100,8 @@ rule prepare_bed:
     threads: 1
     resources:
         checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
+        runtime=wheel_runtime,
+        mem_mb=wheel_memory,
     params:
         soil=calibrated_soil,
         grains=WHEEL_GRAINS,
@@ -104,6 +132,8 @@ rule drive_wheel:
     threads: 1
     resources:
         checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
+        runtime=wheel_runtime,
+        mem_mb=wheel_memory,
     params:
         soil=calibrated_soil,
         grains=WHEEL_GRAINS,
@@ -130,6 +160,9 @@ rule film_wheel:
     log:
         f"{BED_LOG}/film_{{slip}}.log",
     threads: 1
+    resources:
+        runtime=wheel_runtime,
+        mem_mb=wheel_memory,
     params:
         soil=calibrated_soil,
         grains=WHEEL_GRAINS,
@@ -155,6 +188,8 @@ rule press_plate:
     threads: 1
     resources:
         checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
+        runtime=wheel_runtime,
+        mem_mb=wheel_memory,
     params:
         soil=calibrated_soil,
         grains=WHEEL_GRAINS,
@@ -181,6 +216,8 @@ rule push_cone:
     threads: 1
     resources:
         checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
+        runtime=wheel_runtime,
+        mem_mb=wheel_memory,
     params:
         soil=calibrated_soil,
         grains=WHEEL_GRAINS,

@@ -1,4 +1,5 @@
 # Shared by the rules of wheel, plates and cone: what is run, where it is stored, and the soil under the tools.
+from virtual_soil.wheel import cost as wheel_cost
 from virtual_soil.wheel import measurements as wheel_measurements
 from virtual_soil.wheel import setups as wheel_setups
 from virtual_soil.wheel import soil as wheel_soil
@@ -42,20 +43,90 @@ SPREAD_CASE = WHEEL_CASES[0]
 SPREAD_PLATE = SPREAD["plate_diameter_m"]
 
 
+WHEEL_SECTIONS = {"wheel": WHEEL, "plate": PLATE, "cone": CONE}
+WHEEL_KERNELS = f"{RESULTS}/wheel/kernels.txt"
+
+
 def calibrated_soil(wildcards):
     """Parameter function: the soil of a case under the tools."""
     return in_words(wheel_soil.soil_of_case, config, ANSWER, wildcards.case)
 
 
-def nothing_refused(wildcards):
-    """Input function without files: refuses a wheel, grains or a bed with which no run can begin, before a bed is prepared."""
-    job = {
-        "soil": calibrated_soil(wildcards),
+def wheel_job(soil):
+    """What the scripts of wheel, plates and cone get, with a soil."""
+    return {
+        "soil": soil,
         "grains": WHEEL_GRAINS,
         "engine": WHEEL_ENGINE,
+        "bed": wheel_setups.bed_settings(WHEEL),
     }
+
+
+def nothing_refused(wildcards):
+    """Input function without files: refuses a wheel, grains or a bed with which no run can begin, before a bed is prepared."""
+    job = wheel_job(calibrated_soil(wildcards))
     in_words(wheel_setups.check_setups, WHEEL, job)
     return []
+
+
+def wheel_work(wildcards, rule):
+    """Expected work of a job of a rule."""
+    job = wheel_job(calibrated_soil(wildcards))
+    return in_words(
+        wheel_cost.of_rule, rule, job, WHEEL_SECTIONS, dict(wildcards.items())
+    )
+
+
+def wheel_runtime(wildcards, attempt, rulename):
+    """Resource function: requested run time in minutes; increases with every attempt."""
+    return requested_min(wheel_work(wildcards, rulename).expected_s, attempt)
+
+
+def wheel_memory(wildcards, attempt, rulename):
+    """Resource function: requested memory in MB; increases with every attempt."""
+    return wheel_cost.requested_mb(rulename, wheel_work(wildcards, rulename), attempt)
+
+
+def wheel_jobs(n_cases, n_beds, names, diameters, has_cone):
+    """Rule, wildcards and number of the jobs on beds, for the summary of their cost."""
+    steered = WHEEL["bed"]["bulk_density_kg_m3"] is not None
+    return [
+        ("prepare_bed", {}, n_beds),
+        ("steer_density", {}, n_cases if steered else 0),
+        *(("drive_wheel", {"slip": name}, n_beds) for name in names),
+        *(("press_plate", {"diameter": diameter}, n_beds) for diameter in diameters),
+        ("push_cone", {}, n_beds if has_cone else 0),
+    ]
+
+
+def jobs_of_target(target):
+    """Rule, wildcards and number of the jobs of a target."""
+    if target == "wheel_spread":
+        n_members = SPREAD["soils"] * len(SPREAD["soil_seeds"])
+        n_beds = len(SPREAD["optimum_seeds"]) + n_members
+        plates = [] if SPREAD_PLATE is None else [SPREAD_PLATE]
+        slip = f"{SPREAD['slip']:g}"
+        return wheel_jobs(1 + SPREAD["soils"], n_beds, [slip], plates, False)
+    n_cases, n_beds = len(WHEEL_CASES), len(WHEEL_CASES) * len(WHEEL["bed"]["seeds"])
+    names = WHEEL_NAMES if target == "wheel" else []
+    plates = PLATE["diameters_m"] if target in ("wheel", "plate") else []
+    has_cone = bool(CONE_RUNS) and target in ("wheel", "cone")
+    return wheel_jobs(n_cases, n_beds, names, plates, has_cone)
+
+
+@functools.cache
+def tell_cost(target):
+    """Print once what a target is expected to take, with the study's own material: the cost follows from sizes, not from frictions."""
+    job = wheel_job(wheel_soil.soil_with(config, {}))
+    jobs = jobs_of_target(target)
+    print(
+        in_words(wheel_cost.summary, target, job, WHEEL_SECTIONS, jobs), file=sys.stderr
+    )
+
+
+def cost_told(target):
+    """Input function without files, of a target: prints what it is expected to take."""
+    return lambda wildcards: tell_cost(target) or []
 
 
 def measurements(wildcards):
@@ -97,3 +168,8 @@ def spread_files(of_bed):
         ]
 
     return files
+
+
+# A study that names cases of the wheel is told when it is planned.
+if WHEEL["cases"] and workflow.is_main_process:
+    tell_cost("wheel")

@@ -9,6 +9,7 @@ localrules:
 
 rule wheel_spread:
     input:
+        cost_told("wheel_spread"),
         f"{RESULTS}/wheel_spread.md",
 
 

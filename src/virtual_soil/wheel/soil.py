@@ -106,8 +106,12 @@ def soil_of_case(config: dict, calibration: str | Path, case: str) -> dict:
     all else is the study's material.
     """
     answer = values_of(calibration, case)
-    material = numbers(config["material"])
-    material |= {name: float(answer[name]) for name in config["design"]["variables"] if name in answer}
+    return soil_with(config, {name: float(answer[name]) for name in config["design"]["variables"] if name in answer})
+
+
+def soil_with(config: dict, values: dict[str, float]) -> dict:
+    """The study's material with other values of some keys, as `soil_of_case`."""
+    material = numbers(config["material"]) | values
     row = {name: material[name] for name in MATERIAL_KEYS if name in material}
     return {"row": row, **grading_of(config), **shape_of(config)}
 
