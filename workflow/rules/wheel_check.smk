@@ -77,13 +77,14 @@ rule wheel_tests_design:
         "../scripts/wheel_tests_design.py"
 
 
+# A folder of simulations has the name of a batch (`campaign.batches`).
 rule simulate_wheel_tests:
     output:
-        before=f"{REPEATED}/{{test_seed}}/before.parquet",
-        after=f"{REPEATED}/{{test_seed}}/after.parquet",
-        history=f"{REPEATED}/{{test_seed}}/history.parquet",
-        run=f"{REPEATED}/{{test_seed}}/run.parquet",
-        timing=f"{REPEATED}/{{test_seed}}/timing.json",
+        before=f"{REPEATED}/verification{{test_seed}}/before.parquet",
+        after=f"{REPEATED}/verification{{test_seed}}/after.parquet",
+        history=f"{REPEATED}/verification{{test_seed}}/history.parquet",
+        run=f"{REPEATED}/verification{{test_seed}}/run.parquet",
+        timing=f"{REPEATED}/verification{{test_seed}}/timing.json",
     log:
         f"{LOGS}/wheel/{{case}}/check/tests/{{experiment}}/{{test_seed}}.log",
     threads: 1
@@ -111,17 +112,17 @@ rule measure_wheel_tests:
     input:
         design=f"{REPEATED}_design.parquet",
         runs=expand(
-            f"{REPEATED}/{{test_seed}}/run.parquet",
+            f"{REPEATED}/verification{{test_seed}}/run.parquet",
             test_seed=WHEEL_CHECK["test_seeds"],
             allow_missing=True,
         ),
         results=lambda wildcards: expand(
-            f"{REPEATED}/{{test_seed}}/{BY_NAME[wildcards.experiment].MEASURED_FROM}.parquet",
+            f"{REPEATED}/verification{{test_seed}}/{BY_NAME[wildcards.experiment].MEASURED_FROM}.parquet",
             test_seed=WHEEL_CHECK["test_seeds"],
             **dict(wildcards.items()),
         ),
         timings=expand(
-            f"{REPEATED}/{{test_seed}}/timing.json",
+            f"{REPEATED}/verification{{test_seed}}/timing.json",
             test_seed=WHEEL_CHECK["test_seeds"],
             allow_missing=True,
         ),
