@@ -27,6 +27,8 @@ include: "workflow/rules/verification.smk"
 include: "workflow/rules/wheel_common.smk"
 include: "workflow/rules/wheel.smk"
 include: "workflow/rules/wheel_spread.smk"
+include: "workflow/rules/wheel_check_common.smk"
+include: "workflow/rules/wheel_check.smk"
 include: "workflow/rules/bulk.smk"
 
 

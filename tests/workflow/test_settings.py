@@ -68,6 +68,7 @@ OTHERS = {
     "plate.measured.compared_m": [0.01, 0.03],
     **{f"{tool}.measured.file": "tests.csv" for tool in ("wheel", "plate")},
     **{f"{tool}.measured.source": "a laboratory" for tool in ("wheel", "plate")},
+    "wheel_check.normal_stresses_pa": [2e3, 4e3, 8e3],
     "bulk.packings": "elsewhere",
     "bulk.impact_grains": [50_000],
     "experiments": None,  # see the test of its own: soils and weights go with them

@@ -98,8 +98,9 @@ INSIST = config.pop("insist")
 # Nor must the bulk benchmarks, which are no part of a study.
 BULK = config.pop("bulk")
 # Nor must wheel, plates and cone, which run on what a study has found.
-WHEEL, PLATE, CONE, SPREAD = (
-    config.pop(name) for name in ("wheel", "plate", "cone", "wheel_spread")
+WHEEL, PLATE, CONE, SPREAD, WHEEL_CHECK = (
+    config.pop(name)
+    for name in ("wheel", "plate", "cone", "wheel_spread", "wheel_check")
 )
 in_words(check_soils, config, CHECKOUT)
 SOIL_FILES = soil_files(config, CHECKOUT)

@@ -7,7 +7,7 @@ from virtual_soil.campaign.experiments.apparatus import GRAVITY, SECTIONS
 from virtual_soil.campaign.experiments.grading import Grading
 from virtual_soil.campaign.experiments.registry import BY_DEFAULT, EXPERIMENTS, RESPONSES, responses_of
 from virtual_soil.campaign.settings import NAMES, choice, make, section, setting
-from virtual_soil.campaign.terrain import Cone, Plate, Wheel, WheelSpread
+from virtual_soil.campaign.terrain import Cone, Plate, Wheel, WheelCheck, WheelSpread
 
 #: Schema of a list of seeds.
 SEED_LIST = {"minItems": 1, "uniqueItems": True}
@@ -498,6 +498,7 @@ Study = make(
         "plate": (Plate, section(Plate)),
         "cone": (Cone, section(Cone)),
         "wheel_spread": (WheelSpread, section(WheelSpread)),
+        "wheel_check": (WheelCheck, section(WheelCheck)),
         "bulk": (Bulk, section(Bulk)),
         "twins": (
             dict[str, dict],

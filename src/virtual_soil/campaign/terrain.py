@@ -1,10 +1,14 @@
-"""Settings of wheel, plate and cone on a calibrated soil (targets `wheel`, `plate`, `cone`); no calibration depends on them."""
+"""Settings of wheel, plate and cone on a calibrated soil (targets `wheel`, `plate`, `cone`, `wheel_spread`, `check_wheel_soil`).
+
+No calibration depends on them.
+"""
 
 from dataclasses import dataclass
 
 from dem.experiments.wheel import HELD, RIMS
 from dem.meshes.files import UNITS
 from virtual_soil.campaign.experiments.apparatus import GRAVITY
+from virtual_soil.campaign.experiments.common import USUAL_STRESSES_PA
 from virtual_soil.campaign.settings import choice, section, setting
 
 
@@ -200,3 +204,40 @@ class WheelSpread:
     )
     plate_sinkage_m: float = setting("sinkage at which its pressure counts", 0.010, above=0, usual=(1e-4, 1.0))
     measured_ratio: float = setting("standard uncertainty of a further measurement over its value", 0.05, above=0, maximum=1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WheelCheck:
+    """Is the soil of coarser, softer grains still the calibrated one (target `check_wheel_soil`)? Wheel, bed, cases: as `wheel`.
+
+    A run with one changed setting beside a run of `wheel` as it is, on each bed; null: not run.
+    """
+
+    slip: float = setting("slip of all runs", 0.3, minimum=-1, below=1)
+    bed_seeds: list[int] = setting(
+        "seeds of the beds, a pair of runs each; two or more measure the scatter of beds",
+        [1, 2],
+        minimum=0,
+        of={"minItems": 1, "uniqueItems": True},
+    )
+    finer_grains_factor: float | None = setting("factor on wheel.grains_per_radius", 1.35, above=1, maximum=4)
+    speed_factor: float | None = setting("factor on wheel.speed_m_s", 0.5, above=0, below=1)
+    stiffness_factor: float | None = setting("factor on wheel.shear_modulus_pa", 2.0, above=1, maximum=1000)
+    width_factor: float | None = setting("factor on wheel.bed.width_ratio", 1.5, above=1, maximum=10)
+    wheel_static_friction: float | None = setting("in place of wheel.wheel_static_friction", 1.0, minimum=0, maximum=3)
+    test_seeds: list[int] = setting(
+        "seeds of the calibration's own tests, repeated with the wheel's grains",
+        [1, 2, 3, 4, 5, 6, 7, 8],
+        minimum=0,
+        of={"minItems": 3, "uniqueItems": True},
+    )
+    normal_stresses_pa: list[float] | None = setting(
+        "normal stresses of the shear tests; null: 3/4, 1 and 3/2 of load / (1.2 radius width), the mean pressure under the wheel",
+        None,
+        above=0,
+        usual=USUAL_STRESSES_PA,
+        of={"minItems": 3, "uniqueItems": True},
+    )
+    drawbar_ratio_limit: float = setting("difference of the drawbar pull over the load that matters", 0.02, above=0)
+    traction_coefficient_limit: float = setting("difference of the torque over load and radius that matters", 0.02, above=0)
+    sinkage_limit_ratio: float = setting("difference of the sinkage, over the sinkage, that matters", 0.1, above=0)
