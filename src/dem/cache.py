@@ -1,4 +1,4 @@
-"""Folder of the compiled kernels: the user's cache, or a temporary folder where that cannot be written (no home, a full disk)."""
+"""Folders in the user's cache; a temporary folder for the compiled kernels where that cannot be written (no home, a full disk)."""
 
 import contextlib
 import os
@@ -23,11 +23,17 @@ def wanted_folder(version: str) -> Path | None:
     """NUMBA_CACHE_DIR, or a folder in the user's cache; None for a user without a home."""
     if os.environ.get("NUMBA_CACHE_DIR"):
         return Path(os.environ["NUMBA_CACHE_DIR"])
+    folder = user_folder()
+    return None if folder is None else folder / "kernels" / version
+
+
+def user_folder() -> Path | None:
+    """Folder of the project in the user's cache, which need not exist; None for a user without a home."""
     try:
         base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     except RuntimeError:
         return None
-    return Path(base) / "virtual-soil" / "kernels" / version
+    return Path(base) / "virtual-soil"
 
 
 def is_writable(folder: Path) -> bool:

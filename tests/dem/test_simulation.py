@@ -642,11 +642,12 @@ def advance_by_hand(s, at_once, n_steps):
     blocks.common_constants(run.state, contacts, model)
     assert schedule.prune(run.state, state.lists.pairs, 0.1 * s._runner.skin, model, None)
     assert contacts.count.sum() > 1000
+    steps, move = (numba.njit(lambda *arguments, kernel=kernel: kernel(*arguments)) for kernel in (schedule.steps, schedule.move))
     for _ in range(n_steps):
-        schedule.steps(schedule.Plan(1, at_once), run, None)
+        steps(schedule.Plan(1, at_once), run, None)
         if not at_once:
             assert state.loads.any()
-            schedule.move(run, None)
+            move(run, None)
 
 
 def test_contacts_with_walls_stand_wall_by_wall_and_keep_their_history():

@@ -5,7 +5,7 @@ import math
 import pandas as pd
 import pytest
 from made_up_runs import rows
-from test_wheel_target import TOY, calibration, planned, snakemake
+from test_wheel_target import SUBMIT, TOY, calibration, planned, snakemake
 
 from virtual_soil.campaign.tables import read_table
 
@@ -47,6 +47,20 @@ def test_beds_are_prepared_anew_only_for_changes_of_the_bed(study):
     expected |= {"simulate_wheel_tests": 3, "measure_wheel_tests": 1, "check_report": 1}
     assert {name: jobs.get(name) for name in expected} == expected
     assert not {"simulate", "verify", "calibrate", "wheel_report"} & set(jobs)
+
+
+def test_a_bed_of_finer_grains_asks_for_more_memory(study):
+    kernels = study / "results/toy/wheel/kernels.txt"
+    kernels.parent.mkdir(parents=True, exist_ok=True)
+    kernels.touch()
+    cluster = ("--executor", "cluster-generic", "--cluster-generic-submit-cmd", SUBMIT, "--jobs", "9", "--keep-going")
+    snakemake(study, *cluster, "check_wheel_soil", wheel_check=NONE | {"finer_grains_factor": 3.0, "bed_seeds": [1]})
+    asked = dict(line.split(" ", 1) for line in (study / "asked.txt").read_text().splitlines())
+    (minutes, memory), (more_minutes, more_memory) = (
+        map(int, asked[rule].split()) for rule in ("prepare_bed", "prepare_changed_bed")
+    )
+    assert more_memory > memory
+    assert more_minutes > minutes
 
 
 def test_a_change_without_effect_is_refused_before_a_bed_is_prepared(study):

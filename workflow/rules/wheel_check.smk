@@ -19,12 +19,17 @@ rule check_wheel_soil:
 
 use rule prepare_bed as prepare_changed_bed with:
     input:
+        kernels=WHEEL_KERNELS,
         preparation=preparation,
     output:
         bed=f"{CHANGED_BED}/bed.npz",
         row=f"{CHANGED_BED}/bed.parquet",
     log:
         f"{CHANGED_LOG}/bed.log",
+    resources:
+        checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
+        runtime=changed_runtime,
+        mem_mb=changed_memory,
     params:
         soil=calibrated_soil,
         grains=lambda wildcards: wheel_soil.grain_settings(changed(wildcards)),
@@ -51,6 +56,10 @@ use rule drive_wheel as drive_changed_wheel with:
         field=f"{CHANGED_BED}/slip_{{slip}}/field.parquet",
     log:
         f"{CHANGED_LOG}/slip_{{slip}}.log",
+    resources:
+        checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
+        runtime=changed_runtime,
+        mem_mb=changed_memory,
     params:
         soil=calibrated_soil,
         grains=lambda wildcards: wheel_soil.grain_settings(changed(wildcards)),

@@ -8,6 +8,8 @@ CHECKED = f"{RESULTS}/wheel/{{case}}/check"
 CHANGED_BED = f"{CHECKED}/{{change}}/{{bed_seed}}"
 CHANGED_LOG = f"{LOGS}/wheel/{{case}}/check/{{change}}/{{bed_seed}}"
 REPEATED = f"{CHECKED}/tests/{{experiment}}"
+# Rules on changed beds and those that they inherit from.
+INHERITED = {"prepare_changed_bed": "prepare_bed", "drive_changed_wheel": "drive_wheel"}
 # Pairs of case and experiment of the repeated tests.
 REPEATED_TESTS = [
     (case, experiment)
@@ -19,6 +21,22 @@ REPEATED_TESTS = [
 def changed(wildcards):
     """Section `wheel` of a changed run."""
     return check_runs.changed_wheel(WHEEL, WHEEL_CHECK, wildcards.change)
+
+
+def changed_work(wildcards, rulename):
+    """Expected work of a job of a rule on changed beds."""
+    return wheel_work(wildcards, INHERITED[rulename], changed(wildcards))
+
+
+def changed_runtime(wildcards, attempt, rulename):
+    """Resource function: as `wheel_runtime`, of a changed run."""
+    return requested_min(changed_work(wildcards, rulename).expected_s, attempt)
+
+
+def changed_memory(wildcards, attempt, rulename):
+    """Resource function: as `wheel_memory`, of a changed run."""
+    work = changed_work(wildcards, rulename)
+    return wheel_cost.requested_mb(INHERITED[rulename], work, attempt)
 
 
 def bed_under(change):

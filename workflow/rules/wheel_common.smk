@@ -52,13 +52,13 @@ def calibrated_soil(wildcards):
     return in_words(wheel_soil.soil_of_case, config, ANSWER, wildcards.case)
 
 
-def wheel_job(soil):
-    """What the scripts of wheel, plates and cone get, with a soil."""
+def wheel_job(soil, wheel=WHEEL):
+    """What the scripts of wheel, plates and cone get, with a soil and a section `wheel`."""
     return {
         "soil": soil,
-        "grains": WHEEL_GRAINS,
+        "grains": wheel_soil.grain_settings(wheel),
         "engine": WHEEL_ENGINE,
-        "bed": wheel_setups.bed_settings(WHEEL),
+        "bed": wheel_setups.bed_settings(wheel),
     }
 
 
@@ -69,12 +69,11 @@ def nothing_refused(wildcards):
     return []
 
 
-def wheel_work(wildcards, rule):
-    """Expected work of a job of a rule."""
-    job = wheel_job(calibrated_soil(wildcards))
-    return in_words(
-        wheel_cost.of_rule, rule, job, WHEEL_SECTIONS, dict(wildcards.items())
-    )
+def wheel_work(wildcards, rule, wheel=WHEEL):
+    """Expected work of a job of a rule, with a section `wheel`."""
+    job = wheel_job(calibrated_soil(wildcards), wheel)
+    sections = WHEEL_SECTIONS | {"wheel": wheel}
+    return in_words(wheel_cost.of_rule, rule, job, sections, dict(wildcards.items()))
 
 
 def wheel_runtime(wildcards, attempt, rulename):

@@ -2,13 +2,21 @@
 
 Snakemake compares modification times of scripts and ignores imported modules. The fingerprint covers a script and every project
 module that it imports directly or indirectly. It excludes comments, docstrings, formatting and modification times.
+
+Every start of Snakemake needs the syntax trees of all files: what is needed of them is kept in the user's cache.
 """
 
 import ast
-import functools
+import contextlib
 import hashlib
+import json
+import os
+import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
+
+from dem.cache import user_folder
 
 #: Root of the checkout that contains this package.
 ROOT = Path(__file__).resolve().parents[3]
@@ -17,11 +25,19 @@ SCRIPTS = Path("workflow/scripts")
 SOURCES = (Path("src"), SCRIPTS)
 
 
+class Content(NamedTuple):
+    """meaning : hash of a file's code without comments, docstrings and formatting. imports : full names of all its imports."""
+
+    meaning: str
+    imports: list[str]
+
+
 class Code:
-    """Code of a checkout; root : its folder."""
+    """Code of a checkout as it is when a file is first asked for; root : its folder."""
 
     def __init__(self, root: Path):
         self.root = root
+        self.contents: dict[Path, Content] = {}
         self.known: dict[str, tuple[Path, ...]] = {}
 
     def of_script(self, script: str, *modules: str) -> str:
@@ -42,7 +58,7 @@ class Code:
         digest = hashlib.sha256()
         for path in sorted(paths):
             digest.update(path.relative_to(self.root).as_posix().encode())
-            digest.update(meaning(path, path.stat().st_mtime_ns).encode())
+            digest.update(self.content(path).meaning.encode())
         return digest.hexdigest()[:12]
 
     def reached(self, entries: list[Path]) -> set[Path]:
@@ -53,8 +69,14 @@ class Code:
             path = waiting.pop()
             if path not in found:
                 found.add(path)
-                waiting += [file for name in imports(path, path.stat().st_mtime_ns) for file in self.files_of(name)]
+                waiting += [file for name in self.content(path).imports for file in self.files_of(name)]
         return found
+
+    def content(self, path: Path) -> Content:
+        """What counts of a file."""
+        if path not in self.contents:
+            self.contents[path] = kept_or_found(path.read_bytes())
+        return self.contents[path]
 
     def files_of(self, name: str) -> tuple[Path, ...]:
         """Files executed by the import of a name: its packages and the module; empty if the name is not part of the project."""
@@ -77,29 +99,50 @@ def files_below(folder: Path, parts: list[str]) -> Iterator[Path]:
             yield folder / "__init__.py"
 
 
-@functools.cache
-def parsed(path: Path, changed_ns: int) -> ast.Module:
-    """Syntax tree of a file without docstrings, cached by modification time."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+def kept_or_found(source: bytes) -> Content:
+    """Content of a source file, from the user's cache or from its syntax tree, which is then kept there."""
+    folder = user_folder()
+    key = hashlib.sha256(sys.version.encode() + source).hexdigest()[:32]  # another Python may write the same tree in other words
+    file = None if folder is None else folder / "code" / f"{key}.json"
+    content = None if file is None else kept(file)
+    if content is None:
+        content = found(source)
+        if file is not None:
+            keep(file, content)
+    return content
+
+
+def kept(file: Path) -> Content | None:
+    """Content from a file of the cache; None if there is none, or it is damaged."""
+    try:
+        content = Content(*json.loads(file.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        return None
+    return content if isinstance(content.meaning, str) and isinstance(content.imports, list) else None
+
+
+def keep(file: Path, content: Content) -> None:
+    """Write content into the cache, whole or not at all; without it, only time is lost."""
+    part = file.with_name(f"{file.name}.{os.getpid()}.part")
+    with contextlib.suppress(OSError):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        part.write_text(json.dumps(content), encoding="utf-8")
+        os.replace(part, file)
+
+
+def found(source: bytes) -> Content:
+    """Content of a source file."""
+    tree = ast.parse(source)
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node) is not None:
             node.body = node.body[1:] or [ast.Pass()]
-    return tree
+    return Content(hashlib.sha256(ast.unparse(tree).encode()).hexdigest(), list(imported(tree)))
 
 
-@functools.cache
-def imports(path: Path, changed_ns: int) -> tuple[str, ...]:
-    """Full names of all imports of a file, at module level or inside functions."""
-    names: list[str] = []
-    for node in ast.walk(parsed(path, changed_ns)):
+def imported(tree: ast.Module) -> Iterator[str]:
+    """Yield the full names of all imports, at module level or inside functions."""
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            names += [alias.name for alias in node.names]
+            yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
-            names += [f"{node.module}.{alias.name}" for alias in node.names]
-    return tuple(names)
-
-
-@functools.cache
-def meaning(path: Path, changed_ns: int) -> str:
-    """Hash of a file's code without comments, docstrings and formatting."""
-    return hashlib.sha256(ast.unparse(parsed(path, changed_ns)).encode()).hexdigest()
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
