@@ -6,6 +6,7 @@ import pytest
 
 from virtual_soil.calibration.checks import FidelityCheck, acceleration_table
 from virtual_soil.calibration.errors import CalibrationError
+from virtual_soil.calibration.noise import known_scatter, line_errors
 from virtual_soil.calibration.response import Response
 from virtual_soil.calibration.screening import screening_table
 from virtual_soil.campaign.experiments.registry import responses_of
@@ -56,6 +57,26 @@ def test_a_change_inside_the_noise_is_called_so_and_failed_runs_do_not_count():
 def test_screening_without_a_base_run_is_refused():
     with pytest.raises(CalibrationError, match="base runs of the screening"):
         screening_table(ANGLE, heaps(seed=[9], angle_of_repose_deg=[27.0]), MATERIAL, SCREENING, True)
+
+
+def test_a_response_that_is_a_regression_is_screened_by_its_value_and_the_error_of_the_line():
+    """The scatter that lines are known to have makes the error of one that is straight by chance as large as the other's."""
+    lines = heaps(static_friction=[0.3, 0.5], peak_cohesion_pa=[20.0, 32.0], density_kg_m3=[3000.0, 3000.0])
+    lines = lines.assign(**{"peak_cohesion_se_pa": [4.0, 1.0], "relative_scatter": [0.1, 0.025], "n_runs": [8, 8]})
+    response = Response(
+        name="peak_cohesion", column="peak_cohesion_pa", unit="Pa", symbol="c", table="peak", error_column="peak_cohesion_se_pa"
+    )
+    table = screening_table(response, lines, MATERIAL, SCREENING, True).set_index("parameter")
+    assert table["n_runs"].tolist() == [8, 8, 0]
+    friction = table.loc["static_friction"]
+    assert friction["difference_pa"] == 12.0
+    assert friction["sensitivity_percent"] == pytest.approx(100 * (12.0 / 20.0) / (0.2 / 0.3))
+    base, changed = line_errors(lines, "peak_cohesion_se_pa", known_scatter(response, lines))
+    assert changed > 1.0  # the error in the table
+    assert friction["difference_se_pa"] == pytest.approx(np.hypot(base, changed))
+    assert friction["exceeds_noise"] == (12.0 > 2.0 * np.hypot(base, changed))
+    assert np.isnan(table.loc["density_kg_m3", "peak_cohesion_pa"])
+    assert not table.loc["density_kg_m3", "exceeds_noise"]
 
 
 def test_acceleration_reports_bias_beside_the_seeds_scatter():

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numba
 import numpy as np
 import pytest
+from callers import callable_from_python
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -642,7 +643,7 @@ def advance_by_hand(s, at_once, n_steps):
     blocks.common_constants(run.state, contacts, model)
     assert schedule.prune(run.state, state.lists.pairs, 0.1 * s._runner.skin, model, None)
     assert contacts.count.sum() > 1000
-    steps, move = (numba.njit(lambda *arguments, kernel=kernel: kernel(*arguments)) for kernel in (schedule.steps, schedule.move))
+    steps, move = callable_from_python(schedule.steps), callable_from_python(schedule.move)
     for _ in range(n_steps):
         steps(schedule.Plan(1, at_once), run, None)
         if not at_once:

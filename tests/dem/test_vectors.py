@@ -1,10 +1,8 @@
 """The vector code against its plain twins: same inputs, same outputs within rounding."""
 
-import functools
-
-import numba
 import numpy as np
 import pytest
+from callers import callable_from_python
 
 from dem.layout import (
     BLOCK,
@@ -34,12 +32,6 @@ GATHERED, SECOND_SPINS = range(10), range(SECOND_SPIN, SECOND_SPIN + 3)
 BESIDE = [INVERSE_MASS, FREE]
 
 
-@functools.cache
-def callable_from_python(kernel):
-    """A kernel that calls another one."""
-    return numba.njit(lambda *arguments: kernel(*arguments))
-
-
 def random_grains(n, seed, precision):
     rng = np.random.default_rng(seed)
     grains = GrainArrays(aligned_zeros(PLACE * n, float), *(aligned_zeros(MOTION * n, precision) for _ in range(2)))
@@ -60,8 +52,8 @@ def velocities(grains):
 
 
 def test_a_kernel_for_kernels_refuses_calls_from_python():
-    with pytest.raises(TypeError, match="scatter_pairs is a part of other kernels; allowed: a call from a kernel"):
-        vectors.scatter_pairs(None, None, None, 0, None, None)
+    with pytest.raises(TypeError, match="scatter_at_surface is a part of other kernels; allowed: a call from a kernel"):
+        vectors.scatter_at_surface(None, None, 0, None)
 
 
 def random_pairs(n_grains, n_pairs, seed):
@@ -83,7 +75,7 @@ def test_gather(n_pairs, elastic, precision):
     grains, (first, second) = random_grains(50, 1, precision), random_pairs(50, n_pairs, 2)
     plain, vector = (aligned_zeros(BUFFER * BLOCK, precision) for _ in range(2))
     for module, b in ((gather, plain), (vectors, vector)):
-        callable_from_python(module.gather_pairs)(grains, first, second, n_pairs, b, Access(None, None, elastic))
+        module.gather_pairs(grains, first, second, n_pairs, b, Access(None, None, elastic))
     for row in GATHERED if elastic is None else (*GATHERED, *SECOND_SPINS):
         a, b = (x.reshape(BUFFER, BLOCK)[row, :n_pairs] for x in (plain, vector))
         assert np.abs(a).max() > 0
@@ -98,7 +90,7 @@ def test_gather_by_nearest_image(elastic, precision):
     images = Period(np.array([0.0, 15e-4, 10e-4]), np.array([0.0, 1 / 15e-4, 1 / 10e-4]))
     plain, vector = (aligned_zeros(BUFFER * BLOCK, precision) for _ in range(2))
     for module, b in ((gather, plain), (vectors, vector)):
-        callable_from_python(module.gather_pairs)(grains, first, second, n_pairs, b, Access(None, images, elastic))
+        module.gather_pairs(grains, first, second, n_pairs, b, Access(None, images, elastic))
     for row in GATHERED if elastic is None else (*GATHERED, *SECOND_SPINS):
         a, b = (x.reshape(BUFFER, BLOCK)[row, :n_pairs] for x in (plain, vector))
         assert close(a, b, precision)
@@ -111,8 +103,8 @@ def test_scatter(n_pairs, elastic, precision):
     first, second = random_pairs(50, n_pairs, 5)
     buffer = np.random.default_rng(6).normal(0, 1, BUFFER * BLOCK).astype(precision)
     plain, vector = (aligned_zeros(LOAD * 50, precision) for _ in range(2))
-    callable_from_python(gather.scatter_pairs)(plain, first, second, n_pairs, buffer, elastic)
-    callable_from_python(vectors.scatter_pairs)(vector, first, second, n_pairs, buffer, elastic)
+    gather.scatter_pairs(plain, first, second, n_pairs, buffer, elastic)
+    vectors.scatter_pairs(vector, first, second, n_pairs, buffer, elastic)
     assert np.abs(plain).max() > 0
     assert close(plain, vector, precision)
 
@@ -141,7 +133,7 @@ def test_scatter_at_a_wall(n, precision):
     first, _ = random_pairs(50, n, 11)
     buffer = np.random.default_rng(12).normal(0, 1, BUFFER * BLOCK).astype(precision)
     plain, vector = (aligned_zeros(LOAD * 50, precision) for _ in range(2))
-    callable_from_python(gather.scatter_at_surface)(plain, first, n, buffer)
+    gather.scatter_at_surface(plain, first, n, buffer)
     callable_from_python(vectors.scatter_at_surface)(vector, first, n, buffer)
     assert np.abs(plain).max() > 0
     assert close(plain, vector, precision)
@@ -161,7 +153,7 @@ def test_integrate(force_n, n, precision):
     results = []
     for module in (motion, vectors):
         grains, work = GrainArrays(*(values.copy() for values in start)), loads.copy()
-        fastest = callable_from_python(module.integrate)(grains, work, which, gravity, dt, precision(0))
+        fastest = module.integrate(grains, work, which, gravity, dt, precision(0))
         assert not work.reshape(-1, LOAD)[which].any()
         assert (work.reshape(-1, LOAD)[others] == loads.reshape(-1, LOAD)[others]).all()
         for before, after in zip(start, grains, strict=True):
