@@ -26,18 +26,6 @@ wildcard_constraints:
     variant=r"\w+",
 
 
-def bulk_runtime(wildcards, attempt):
-    """Resource function: requested run time of a benchmark in minutes."""
-    work = bulk_cost.of_run(wildcards.bulk_case, wildcards.code, wildcards.variant)
-    return requested_min(simulated_s(*work, clumps=False), attempt)
-
-
-def filling_runtime(wildcards, attempt):
-    """Resource function: requested run time of a silo's filling in minutes."""
-    work = bulk_cost.of_filling(wildcards.orifice)
-    return requested_min(simulated_s(*work, clumps=False), attempt)
-
-
 rule bulk:
     input:
         "docs/bulk-benchmarks.md",
@@ -67,7 +55,10 @@ rule bulk_fill:
     log:
         "logs/bulk/silo_{orifice}.log",
     resources:
-        runtime=filling_runtime,
+        runtime=lambda wildcards, attempt: requested_min(
+            simulated_s(*bulk_cost.of_filling(wildcards.orifice), clumps=False),
+            attempt,
+        ),
     params:
         engine=ENGINE,
         code=CODE.of_script("bulk_fill"),
@@ -88,7 +79,15 @@ rule bulk_run:
     log:
         "logs/bulk/{bulk_case}/{code}/{variant}.log",
     resources:
-        runtime=bulk_runtime,
+        runtime=lambda wildcards, attempt: requested_min(
+            simulated_s(
+                *bulk_cost.of_run(
+                    wildcards.bulk_case, wildcards.code, wildcards.variant
+                ),
+                clumps=False,
+            ),
+            attempt,
+        ),
     params:
         engine=ENGINE,
         code=lambda wildcards: CODE.of_script(
