@@ -177,12 +177,13 @@ def test_liggghts_drum_turns_the_same_way(charge, tmp_path):
 
 
 def flows_steadily(run, packing):
-    """Within a fifth of Beverloo's law, which is for flat bottoms; and constant."""
+    """Within a fifth of Beverloo's law, which is for flat bottoms; and constant within what departures by chance would show."""
     above = run.values["above"]
     chosen = silo.steady(run.times_s, above, silo.in_cone(packing, SILO))
     outflow, change = silo.outflow_per_s(run.times_s[chosen], above[chosen])
     assert outflow == pytest.approx(silo.beverloo_per_s(SILO), rel=0.2)
-    assert abs(change) < 0.1
+    n_left = above[chosen][0] - above[chosen][-1]
+    assert abs(change) < 2.0 * np.sqrt(12.0 / n_left)  # two standard deviations of the trend of independent departures
     assert (np.diff(above) <= 0).all()
     falling = run.values["grains"] - above
     assert (falling >= 0).all()
