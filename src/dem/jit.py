@@ -22,7 +22,7 @@ JIT_FLAGS: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "cache": 
 #: For the hottest kernels, which allocate no arrays: no reference counting.
 LEAN_FLAGS = {**JIT_FLAGS, "_nrt": False}
 
-#: For kernels that only kernels call: without the function by which Python calls them, which took a third of the compilation.
+#: For kernels that only kernels call: without the function by which Python calls them, which took a quarter of the compilation.
 INNER_FLAGS: dict[str, Any] = {**LEAN_FLAGS, "no_cpython_wrapper": True}
 
 #: For kernels with a single caller or few instructions: inlined, because passing an array takes about 10 ns per call.

@@ -39,6 +39,7 @@ def campaign():
 def test_screening_compares_one_change_at_a_time_with_the_base_set():
     table = screening_table(ANGLE, campaign(), MATERIAL, SCREENING, True).set_index("parameter")
     assert table.loc["base", ["angle_of_repose_deg", "sd_deg", "n_runs"]].tolist() == [27.0, 1.0, 3]
+    assert table.loc["base", ["difference_deg", "difference_se_deg", "exceeds_noise"]].tolist() == [0.0, 0.0, False]
     friction = table.loc["static_friction"]
     assert friction["difference_deg"] == pytest.approx(4.5)
     assert friction["sensitivity_percent"] == pytest.approx(100 * (4.5 / 27) / (0.2 / 0.3))

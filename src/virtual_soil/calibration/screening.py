@@ -44,7 +44,8 @@ def screening_table(response: Response, table: pd.DataFrame, material: dict, scr
     groups = of(response, table, {name: (values, screening[seeds]) for name, (values, seeds) in wanted.items()})
     base = groups.pop("base")
     demand(base.n_runs > 0, "base runs of the screening that ended well", 0, "at least one")
-    rows = [row_of(response, "base", base, base, np.nan, np.nan)]
+    itself = base._replace(error=0.0)
+    rows = [row_of(response, "base", itself, itself, np.nan, np.nan)]
     rows += [row_of(response, name, base, group, material[name], changes[name][name]) for name, group in groups.items()]
     found = pd.DataFrame(rows)
     return pd.concat([found, printed_screening(response.name if printed else "", found["parameter"])], axis=1)

@@ -52,7 +52,7 @@ def section_lines(kind: type, values: dict, known: set[type], indent: str = "") 
         if nested is None:
             lines += leaf_lines(field, values[field.name], indent, explained)
         else:
-            about = field.metadata["note"] or ("" if nested in known else nested.__doc__ or "")
+            about = field.metadata["note"] or ("" if nested in known else " ".join((nested.__doc__ or "").split()))
             lines += [*comment(about, indent), f"{indent}{field.name}:"]
             lines += section_lines(nested, values[field.name], known, f"{indent}  ")
     return lines
