@@ -52,10 +52,9 @@ class Variant(NamedTuple):
 def marker(variant: Variant) -> Path:
     """File in the kernel cache that marks one variant of the time loop as compiled.
 
-    For this processor, and for source files at this path with these times: numba looks all of them up.
+    For this processor and this source: numba looks both up.
     """
-    stamps = [(path.stat().st_mtime_ns, path.stat().st_size) for path in sorted(jit.PACKAGE.rglob("*.py"))]
-    lookup = f"{jit.processor()} {jit.PACKAGE} {stamps}"
+    lookup = f"{jit.target()} {jit.SOURCE}"
     name = f"{hashlib.sha256(lookup.encode()).hexdigest()[:16]}-{variant.name}"
     return Path(os.environ["NUMBA_CACHE_DIR"]) / f"{name}.compiled"
 

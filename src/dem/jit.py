@@ -1,13 +1,15 @@
 """Compilation of every kernel.
 
-Kernels are cached on disk so that only the first process compiles. numba detects changes in a kernel's own file, but not in
-functions that it calls from other files; therefore the name of the cache folder contains a hash of the whole package's source.
-numba keys the cache by processor type, so machines with different processors can share a cache.
+Kernels are cached on disk so that only the first process compiles. By itself, numba looks a kernel up by the path of its file and
+by that file alone. Here it looks up the place within the package and a hash of the whole package's source: functions that a kernel
+calls from other files count, and all checkouts of the same source share their kernels, wherever they lie and whenever they were
+made. numba keys the cache by processor type, so machines with different processors can share a cache.
 """
 
 import functools
 import hashlib
 import os
+import sys
 from pathlib import Path
 from typing import Any, cast
 
@@ -48,15 +50,19 @@ def source_hash() -> str:
     return digest.hexdigest()[:16]
 
 
-os.environ["NUMBA_CACHE_DIR"] = str(kernel_folder(source_hash()))
+#: Hash of the source that this process runs.
+SOURCE = source_hash()
+
+os.environ["NUMBA_CACHE_DIR"] = str(kernel_folder(SOURCE))
 os.environ.setdefault("NUMBA_SLP_VECTORIZE", "1")  # 15-20 % faster kernels; read once, when numba is imported
 # OpenMP's threads spin between two loops; those of the other layers sleep, and waking them takes longer than a step.
 os.environ.setdefault("NUMBA_THREADING_LAYER_PRIORITY", "omp tbb workqueue")
 
 # numba reads its environment at import, so the rest of the package imports numba's names from here.
 from llvmlite.binding import get_host_cpu_features, get_host_cpu_name  # noqa: E402
-from numba import config, njit, prange, set_num_threads, types  # noqa: E402
+from numba import __version__, config, njit, prange, set_num_threads, types  # noqa: E402
 from numba.core import cgutils  # noqa: E402
+from numba.core.caching import CacheImpl, UserProvidedCacheLocator  # noqa: E402
 from numba.extending import intrinsic, overload  # noqa: E402
 
 __all__ = [
@@ -72,11 +78,11 @@ __all__ = [
     "lean_jit",
     "parallel_jit",
     "prange",
-    "processor",
     "set_num_threads",
     "source_hash",
     "strict_inline_jit",
     "strict_jit",
+    "target",
     "types",
 ]
 
@@ -85,9 +91,30 @@ MAX_THREADS: int = config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]  # num
 DISABLED = bool(config.DISABLE_JIT)  # type: ignore[attr-defined]
 
 
-def processor() -> str:
-    """Name and features of the machine's processor, as numba sees it; compiled code is valid for this processor only."""
-    return f"{get_host_cpu_name()} {get_host_cpu_features().flatten()}"
+class PackageLocator(UserProvidedCacheLocator):
+    """Where numba keeps the package's kernels, and the stamp by which it knows them; other files are kept as numba does."""
+
+    def get_source_stamp(self):
+        """Return the hash of the whole package."""
+        return SOURCE
+
+    @classmethod
+    def get_suitable_cache_subpath(cls, py_file):
+        """Return the place of a file's folder within the package."""
+        return "-".join(("dem", *Path(py_file).parent.relative_to(PACKAGE).parts))
+
+    @classmethod
+    def from_function(cls, py_func, py_file):
+        """Return None for files of others."""
+        return super().from_function(py_func, py_file) if PACKAGE in Path(py_file).parents else None
+
+
+CacheImpl._locator_classes = [PackageLocator, *CacheImpl._locator_classes]
+
+
+def target() -> str:
+    """Processor with its features, Python and numba: compiled code is valid for these only."""
+    return f"{get_host_cpu_name()} {get_host_cpu_features().flatten()} {sys.version_info[:2]} {__version__}"
 
 
 def jit(function):

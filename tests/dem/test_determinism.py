@@ -37,21 +37,32 @@ def digest(**environment):
     return done.stdout.strip()
 
 
-def test_another_place_or_a_touched_file_needs_its_own_compilation(monkeypatch, tmp_path):
-    """The kernel cache holds compiled code by place and time of the source."""
-    copies = [Path(shutil.copytree(jit.PACKAGE, tmp_path / name / "dem")) for name in "ab"]
-    markers = []
-    for copy in (*copies, copies[1]):
-        monkeypatch.setattr(jit, "PACKAGE", copy)
+def copied(folder):
+    """The package at another place, with other times."""
+    copy = Path(shutil.copytree(jit.PACKAGE, folder / "dem", ignore=shutil.ignore_patterns("__pycache__")))
+    os.utime(copy / "step" / "loop.py", (1e9, 1e9))
+    return copy
+
+
+def test_a_changed_file_needs_its_own_compilation_and_a_copy_does_not(monkeypatch, tmp_path):
+    markers, copy = [], copied(tmp_path)
+    for change in ("", "", "# another\n"):
+        with open(copy / "step" / "loop.py", "a", encoding="utf-8") as file:
+            file.write(change)
+        monkeypatch.setattr(jit, "SOURCE", jit.source_hash())
         markers.append(compiled.marker(compiled.Variant()))
-        os.utime(copy / "step" / "loop.py", (1e9, 1e9))
-    assert len(set(markers)) == 3
+        monkeypatch.setattr(jit, "PACKAGE", copy)
+    assert markers[0] == markers[1] != markers[2]
     assert len({compiled.marker(compiled.Variant(precision)) for precision in ("float32", "float64")}) == 2
 
 
 @pytest.mark.slow
 def test_the_first_process_after_an_installation_gives_the_bytes_of_all_others(tmp_path):
+    """And a second checkout of the same source uses the kernels of the first."""
     empty = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    first, second = digest(**empty), digest(**empty)
+    first = digest(**empty)
+    kernels = compiled.kernels(tmp_path / "cache")
+    second = digest(PYTHONPATH=str(copied(tmp_path).parent), **empty)
     assert len(first) == 2 * hashlib.sha256().digest_size
     assert first == second == digest()
+    assert kernels == compiled.kernels(tmp_path / "cache")
