@@ -10,13 +10,16 @@ For the same reason a cache that has lost a file is compiled again as a whole, b
 import contextlib
 import fcntl
 import hashlib
+import itertools
 import json
 import os
-import pickle
 import subprocess
 import sys
+import tempfile
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from dem import jit
 
@@ -70,17 +73,20 @@ def ensure(precision: str = "float32", parallel: bool = False, energy_ledger: bo
     """
     if jit.DISABLED or compiles_here:
         return
-    for periodic in (choices.pop("periodic"),) if "periodic" in choices else (False, True):
-        ensure_one(Variant(precision, parallel, energy_ledger, **choices, periodic=periodic))
+    kinds = (choices.pop("periodic"),) if "periodic" in choices else (False, True)
+    variants = [Variant(precision, parallel, energy_ledger, **choices, periodic=periodic) for periodic in kinds]
+    if unknown := [variant for variant in variants if marker(variant) not in _found]:
+        with ThreadPoolExecutor(len(unknown)) as threads:
+            list(threads.map(ensure_one, unknown))
 
 
 def ensure_one(variant: Variant) -> None:
-    """Have one variant compiled."""
+    """Have one variant compiled; others may be compiled at the same time."""
     file = marker(variant)
     if file in _found:
         return
     if not is_true(file):
-        with alone(file.parent):
+        with alone(file.with_suffix(".lock")):
             if not is_true(file):  # no other process has compiled it while this one waited
                 compile_anew(file, [json.dumps(variant)])
     _found.add(file)
@@ -97,13 +103,16 @@ def knows(index: Path, listed: dict[str, str]) -> bool:
     """True if a file is an index of numba's that lists the kernels of a marker, as it does after another variant was compiled."""
     data = f"{index.parent.name}/{index.stem}."
     own = {Path(name).name for name in listed if name.endswith(".nbc") and name.startswith(data)}
+    return index.suffix == ".nbi" and own <= set(entries_of(index).values())
+
+
+def entries_of(index: Path) -> dict[Any, str]:
+    """Signature -> name of the kernel's file, in an index of numba's; empty if that is of another source, damaged or not there."""
     try:
-        with open(index, "rb") as file:
-            pickle.load(file)  # noqa: S301  # numba's version; numba itself loads these files next
-            _, entries = pickle.loads(file.read())  # noqa: S301
-        return index.suffix == ".nbi" and own <= set(entries.values())
+        entries = jit.index(index)._load_index()
     except Exception:  # noqa: BLE001  # damaged bytes may raise anything
-        return False
+        return {}
+    return {key: name for key, name in entries.items() if (index.parent / name).is_file()}
 
 
 def content_of(file: Path) -> dict[str, str]:
@@ -130,43 +139,90 @@ def digest_of(path: Path) -> str | None:
 
 
 @contextlib.contextmanager
-def alone(folder: Path):
-    """While inside, no other process compiles: numba's indices lose entries when two write them at the same time."""
-    folder.mkdir(parents=True, exist_ok=True)
-    with open(folder / "lock", "w", encoding="utf-8") as file:
+def alone(path: Path):
+    """While inside, no other process or thread is inside with this file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with open(path, "w", encoding="utf-8") as file:
         with contextlib.suppress(OSError):  # some network file systems have no locks
             fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
 
-def in_a_child(variant: list[str]) -> subprocess.CompletedProcess[str]:
-    """Compile in a process of its own."""
+def in_a_child(variant: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    """Compile in a process of its own, into a folder."""
     path = os.pathsep.join([str(jit.PACKAGE.parent), os.environ.get("PYTHONPATH", "")])
-    environment = {**os.environ, "PYTHONPATH": path}
+    environment = {**os.environ, "PYTHONPATH": path, "NUMBA_CACHE_DIR": str(folder)}
     command = [sys.executable, "-m", "dem.compiled", *variant]
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
 
 
 def compile_anew(file: Path, variant: list[str]) -> None:
-    """Compile one variant and write its marker.
+    """Compile one variant in a copy of the cache, take over what is new, and write its marker.
 
-    An index alone may have been lost or changed: it is written anew. Anything else that a marker lists and that is not there any
-    more, or an index that cannot be read, makes the whole cache void.
+    Two processes that compile into one folder lose entries of numba's indices. If what was copied has changed in the meantime, all
+    begins again.
     """
-    folder, listed = file.parent, content_of(file)
+    folder = file.parent
+    with tempfile.TemporaryDirectory(prefix="virtual-soil-kernels-") as name:
+        own = Path(name)
+        with alone(folder / "lock"):
+            if is_damaged(folder, content_of(file)):
+                empty(folder)
+            before = {name: digest for name, digest in kernels(folder).items() if not is_foreign(folder / name)}
+            merge(folder, own)
+        done = in_a_child(variant, own)
+        if done.returncode and before:
+            with alone(folder / "lock"):
+                empty(folder)
+            return compile_anew(file, variant)
+        if done.returncode:
+            lines = done.stderr.strip().splitlines() or [f"exit status {done.returncode}"]
+            output = "\n".join(lines)[-2000:]
+            raise RuntimeError(f"the kernels could not be compiled into {folder} ({lines[-1]}). The whole output:\n{output}")
+        with alone(folder / "lock"):
+            if kept := not is_damaged(folder, before):
+                merge(own, folder)
+                replace(file, json.dumps(kernels(folder)).encode())
+    return None if kept else compile_anew(file, variant)
+
+
+def is_damaged(folder: Path, listed: Mapping[str, str | None]) -> bool:
+    """True if a kernel or an index that was listed is lost, a kernel has changed or an index cannot be read.
+
+    An index that has changed otherwise is written anew.
+    """
     found = kernels(folder)
-    if any(name not in found or (name.endswith(".nbc") and found[name] != digest) for name, digest in listed.items()):
-        empty(folder)
-    done = in_a_child(variant)
-    if done.returncode and kernels(folder):
-        empty(folder)
-        done = in_a_child(variant)
-    if done.returncode:
-        lines = done.stderr.strip().splitlines() or [f"exit status {done.returncode}"]
-        output = "\n".join(lines)[-2000:]
-        raise RuntimeError(f"the kernels could not be compiled into {folder} ({lines[-1]}). The whole output:\n{output}")
+    return any(
+        name not in found or (is_foreign(folder / name) if name.endswith(".nbi") else found[name] != digest)
+        for name, digest in listed.items()
+    )
+
+
+def is_foreign(file: Path) -> bool:
+    """True for an index that lists nothing that is there, as one of another source or a damaged one."""
+    return file.suffix == ".nbi" and not entries_of(file)
+
+
+def merge(source: Path, target: Path) -> None:
+    """Add to a cache the kernels of another that it lacks."""
+    for file in sorted(source.glob("*/*.nbi")):
+        place = target / file.relative_to(source)
+        place.parent.mkdir(exist_ok=True)
+        theirs, known = entries_of(file), entries_of(place)
+        missing = [key for key in theirs if key not in known]
+        free = (name for k in itertools.count(1) if (name := f"{file.stem}.{k}.nbc") not in set(known.values()))
+        for key in missing:
+            name = next(free)
+            replace(place.with_name(name), file.with_name(theirs[key]).read_bytes())
+            known[key] = name
+        if missing:
+            jit.index(place)._save_index(known)
+
+
+def replace(file: Path, content: bytes) -> None:
+    """Write a file, whole or not at all."""
     part = file.with_name(f"{file.name}.{os.getpid()}.part")
-    part.write_text(json.dumps(kernels(folder)), encoding="utf-8")
+    part.write_bytes(content)
     os.replace(part, file)
 
 

@@ -62,7 +62,7 @@ os.environ.setdefault("NUMBA_THREADING_LAYER_PRIORITY", "omp tbb workqueue")
 from llvmlite.binding import get_host_cpu_features, get_host_cpu_name  # noqa: E402
 from numba import __version__, config, njit, prange, set_num_threads, types  # noqa: E402
 from numba.core import cgutils  # noqa: E402
-from numba.core.caching import CacheImpl, UserProvidedCacheLocator  # noqa: E402
+from numba.core.caching import CacheImpl, IndexDataCacheFile, UserProvidedCacheLocator  # noqa: E402
 from numba.extending import intrinsic, overload  # noqa: E402
 
 __all__ = [
@@ -72,6 +72,7 @@ __all__ = [
     "by_type",
     "cgutils",
     "exact_jit",
+    "index",
     "inline_jit",
     "intrinsic",
     "jit",
@@ -110,6 +111,11 @@ class PackageLocator(UserProvidedCacheLocator):
 
 
 CacheImpl._locator_classes = [PackageLocator, *CacheImpl._locator_classes]
+
+
+def index(file: Path) -> IndexDataCacheFile:
+    """Numba's index (.nbi) of one kernel's compiled signatures."""
+    return IndexDataCacheFile(str(file.parent), file.stem, SOURCE)
 
 
 def target() -> str:

@@ -6,10 +6,13 @@ import pickle
 import shutil
 import subprocess
 import sys
+import threading
 from pathlib import Path
 from types import SimpleNamespace
 
+import numba
 import pytest
+from numba.core.serialize import dumps
 
 from dem import compiled, jit
 
@@ -17,32 +20,34 @@ INDEX = "step_0/loop.advance-1.py3.nbi"
 
 
 def index_of(*names):
-    """An index as numba writes it: its version, then the time of the source and the file of every compiled variant."""
-    return pickle.dumps("0.0") + pickle.dumps((1.0, {k: name for k, name in enumerate(names)}))
+    """An index as numba writes it: its version, then the source's hash and the file of every compiled variant."""
+    return pickle.dumps(numba.__version__, -1) + dumps((jit.SOURCE, {k: name for k, name in enumerate(names)}))
 
 
 KERNELS = {
     INDEX: index_of("loop.advance-1.py3.1.nbc"),
     "step_0/loop.advance-1.py3.1.nbc": b"code",
+    "dem_0/walls.store-2.py3.nbi": index_of("walls.store-2.py3.1.nbc"),
     "dem_0/walls.store-2.py3.1.nbc": b"more",
 }
 
 
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
-    """An empty cache, and a compiler that only notes that it was called and writes KERNELS; it fails while `bad` holds an index."""
+    """An empty cache, and a compiler that notes its calls and writes the KERNELS that it misses; a cut one stops it."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     monkeypatch.setattr(compiled, "_found", set())
     calls = []
 
-    def run(command, **_):
+    def run(command, env, **_):
         calls.append(command[3:])
-        if (tmp_path / INDEX).exists() and not (tmp_path / INDEX).read_bytes():
+        folder = Path(env["NUMBA_CACHE_DIR"])
+        if any(not path.read_bytes() for path in folder.glob("*/*.nbc")):
             return SimpleNamespace(returncode=1, stderr="Traceback\nEOFError: Ran out of input")
         for name, content in KERNELS.items():
-            (tmp_path / name).parent.mkdir(exist_ok=True)
-            if not (tmp_path / name).exists():
-                (tmp_path / name).write_bytes(content)
+            (folder / name).parent.mkdir(exist_ok=True)
+            if not (folder / name).exists():
+                (folder / name).write_bytes(content)
         return SimpleNamespace(returncode=0, stderr="")
 
     monkeypatch.setattr(subprocess, "run", run)
@@ -77,6 +82,54 @@ def test_a_cache_that_lost_something_is_compiled_as_a_whole(cache, name, content
     assert all((cache.folder / name).read_bytes() == KERNELS[name] for name in KERNELS)
     assert all((cache.folder / name).stat().st_mtime_ns > before[name] for name in KERNELS)
     assert ensured(cache) == 0
+
+
+def test_an_index_of_another_source_is_replaced(cache):
+    (cache.folder / INDEX).parent.mkdir()
+    (cache.folder / INDEX).write_bytes(pickle.dumps(numba.__version__, -1) + dumps(("older", {0: "loop.advance-1.py3.1.nbc"})))
+    (cache.folder / "step_0/loop.advance-1.py3.1.nbc").write_bytes(b"older")
+    assert [ensured(cache), ensured(cache)] == [1, 0]
+
+
+def test_a_cut_kernel_that_no_marker_lists_yet_is_compiled_anew(cache):
+    ensured(cache)
+    (cache.folder / "dem_0/walls.store-2.py3.1.nbc").write_bytes(b"")
+    assert ensured(cache, ledger=True) == 2
+    assert ensured(cache) == 1  # its marker went with the cache
+
+
+def test_a_cache_that_is_emptied_while_one_compiles_is_filled_as_a_whole(cache, monkeypatch):
+    ensured(cache)
+    run, emptied = subprocess.run, []
+
+    def run_and_empty(command, **named):
+        if not emptied:
+            emptied.append(compiled.empty(cache.folder))
+        return run(command, **named)
+
+    monkeypatch.setattr(subprocess, "run", run_and_empty)
+    assert ensured(cache, ledger=True) == 2
+
+
+def test_variants_that_are_compiled_at_the_same_time_lose_nothing(cache, monkeypatch):
+    """Each compiler sees an empty cache and writes its own signature, as the file of the same name."""
+    meet = threading.Barrier(2, timeout=20.0)
+
+    def run(command, env, **_):
+        file, periodic = Path(env["NUMBA_CACHE_DIR"]) / INDEX, json.loads(command[3])[6]
+        meet.wait()
+        file.parent.mkdir()
+        file.write_bytes(pickle.dumps(numba.__version__, -1) + dumps((jit.SOURCE, {periodic: "loop.advance-1.py3.1.nbc"})))
+        file.with_name("loop.advance-1.py3.1.nbc").write_bytes(str(periodic).encode())
+        return SimpleNamespace(returncode=0, stderr="")
+
+    monkeypatch.setattr(subprocess, "run", run)
+    compiled.ensure()
+    entries = compiled.entries_of(cache.folder / INDEX)
+    assert {key: (cache.folder / "step_0" / name).read_text() for key, name in entries.items()} == {False: "False", True: "True"}
+    compiled._found.clear()
+    monkeypatch.setattr(subprocess, "run", None)
+    compiled.ensure()
 
 
 def test_an_index_that_another_variant_made_longer_keeps_the_kernels(cache):
