@@ -38,6 +38,7 @@ class Code:
     def __init__(self, root: Path):
         self.root = root
         self.contents: dict[Path, Content] = {}
+        self.needs: dict[Path, set[Path]] = {}
         self.known: dict[str, tuple[Path, ...]] = {}
 
     def of_script(self, script: str, *modules: str) -> str:
@@ -56,21 +57,24 @@ class Code:
     def combined(self, paths: set[Path]) -> str:
         """Hash of several files and their paths."""
         digest = hashlib.sha256()
-        for path in sorted(paths):
+        for path in sorted(paths, key=lambda path: path.parts):
             digest.update(path.relative_to(self.root).as_posix().encode())
             digest.update(self.content(path).meaning.encode())
         return digest.hexdigest()[:12]
 
     def reached(self, entries: list[Path]) -> set[Path]:
         """Return the given files and all project files that they import, directly or indirectly."""
-        found: set[Path] = set()
-        waiting = list(entries)
-        while waiting:
-            path = waiting.pop()
-            if path not in found:
-                found.add(path)
-                waiting += [file for name in self.content(path).imports for file in self.files_of(name)]
+        found, new = set(), set(entries)
+        while new:
+            found |= new
+            new = set().union(*map(self.needed, new)) - found
         return found
+
+    def needed(self, path: Path) -> set[Path]:
+        """Project files that a file imports itself."""
+        if path not in self.needs:
+            self.needs[path] = {file for name in self.content(path).imports for file in self.files_of(name)}
+        return self.needs[path]
 
     def content(self, path: Path) -> Content:
         """What counts of a file."""
