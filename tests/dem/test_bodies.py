@@ -204,8 +204,15 @@ def test_a_wall_begins_to_turn_under_grains():
 
 
 def test_a_grain_that_is_pressed_into_a_solid_ends_the_simulation():
+    """The ram is softer than the grain on the floor, which therefore stays where it is until its centre is inside."""
     ram = dem.Drive(axis=2, applied_force_n=-200.0, mass_kg=5.0, damping_kg_s=2000.0)
-    simulation = scene([FLOOR, body(solids.box((0.02, 0.02, 0.01), position_m=(0.0, 0.0, 7.1e-3)), "ram", drives=(ram,))])
+    block = solids.box((0.02, 0.02, 0.01), position_m=(0.0, 0.0, 7.1e-3))
+    touch = dem.Interaction(restitution=0.5, static_friction=0.5, rolling_friction=0.1)
+    simulation = dem.Simulation(
+        materials={"soil": MATERIAL, "soft": dem.Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=5e4)},
+        interactions={("soil", "soil"): touch, ("soil", "soft"): touch}, smallest_radius_m=RADIUS_M, period_m=(0.0, PERIOD_M, 0.0),
+        walls=[FLOOR, dem.Body(name="ram", material="soft", shape=block, motion=dem.Motion(drives=(ram,)))],
+    )  # fmt: skip
     simulation.add_grains((0.0, 0.0, 1e-3), RADIUS_M, "soil")
     with pytest.raises(dem.SimulationError, match=r"grain 0 at \(.*\) m is inside a solid mesh after t = .*: stiffer grains"):
         simulation.advance(20_000)
