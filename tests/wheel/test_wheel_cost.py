@@ -117,20 +117,25 @@ def test_a_film_gets_memory_for_its_frames_and_every_attempt_more():
 
 def test_the_summary_adds_up_what_a_target_takes():
     config = study(GUIDE, GUIDES_SOIL)
-    jobs = [("prepare_bed", {}, 2), ("steer_density", {}, 1), ("press_plate", {"diameter": 0.06}, 2), ("push_cone", {}, 0)]
+    jobs = [("prepare_bed", {}, 2), ("steer_density", {}, 1), ("press_plate", {"diameter": "0.06"}, 2)]
     jobs += [("drive_wheel", {"slip": slip}, 2) for slip in ("0", "0.5")]
-    works = {
-        "prepare_bed": (2, {}),
-        "steer_density": (1, {}),
-        "press_plate": (2, {"diameter": 0.06}),
-        "drive_wheel": (4, {"slip": "0"}),
-    }
-    minutes = sum(number * work(rule, config, **wildcards).expected_s for rule, (number, wildcards) in works.items()) / 60.0
-    line = wheel_cost.summary("wheel", job_of(config), config, jobs)
+    planned = [(rule, work(rule, config, **wildcards), number) for rule, wildcards, number in jobs]
+    seconds = sum(number * done.expected_s for _, done, number in planned)
+    line = wheel_cost.summary("wheel", planned)
     assert line.startswith(
         "wheel (not part of `all`): 2 beds of 47 900 grains, 1 search for the density, 2 plates, 4 runs of the wheel: about "
     )
-    assert 0.0 <= int(line.split("about ")[1].split()[0]) - minutes < 1.0
+    assert 0.0 <= int(line.split("about ")[1].split()[0]) - seconds / 60.0 < 1.0
+
+
+def test_the_summary_counts_changed_beds_and_repeated_tests():
+    config = study(GUIDE, GUIDES_SOIL)
+    base = work("prepare_bed", config)
+    planned = [("prepare_bed", base, 2), ("prepare_bed", base._replace(spheres=162_000), 2), ("drive_wheel", base, 4)]
+    seconds = sum(number * done.expected_s for _, done, number in planned) + 200.0
+    line = wheel_cost.summary("check_wheel_soil", planned, (50.0,) * 4)
+    assert "4 beds of 47 900 to 162 000 grains, 4 runs of the wheel, 4 tests of the calibration: about " in line
+    assert 0.0 <= int(line.split("about ")[1].split()[0]) - seconds / 60.0 < 1.0
 
 
 def test_the_guides_bed_wheel_and_plate_are_expected_within_the_headroom_of_their_times():

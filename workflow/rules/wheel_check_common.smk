@@ -68,6 +68,7 @@ def check_refused(wildcards):
         in_words(check_runs.check_changes, WHEEL, WHEEL_CHECK, soil, WHEEL_ENGINE)
     for case, experiment in REPEATED_TESTS:
         in_words(check_tests.check_tests, repeated(case, experiment), INSIST)
+    tell_check_cost()
     return []
 
 
@@ -134,3 +135,27 @@ def repeated_grains(wildcards):
         job = repeated(case, experiment)
         found[case][experiment] = check_tests.said(config, job, experiment)
     return found
+
+
+def planned_to_check():
+    """Rule, work and number of the jobs on beds: the base's, and those of every change."""
+    n_cases, n_beds = len(WHEEL_CASES), len(WHEEL_CASES) * len(CHECK_SEEDS)
+    found = planned(wheel_jobs(n_cases, n_beds, [CHECK_RUN], [], False))
+    for change in CHANGES:
+        own = n_beds if check_runs.CHANGES[change].own_bed else 0
+        jobs = [("prepare_bed", {}, own), ("drive_wheel", {"slip": CHECK_RUN}, n_beds)]
+        found += planned(jobs, check_runs.changed_wheel(WHEEL, WHEEL_CHECK, change))
+    return found
+
+
+@functools.cache
+def tell_check_cost():
+    """Print once what the target is expected to take; the tests follow the calibration, without which it is refused."""
+    tests = [
+        expected_s(*member)
+        for case, experiment in REPEATED_TESTS
+        for seed in WHEEL_CHECK["test_seeds"]
+        for member in check_tests.members(repeated(case, experiment), seed, INSIST)
+    ]
+    line = wheel_cost.summary("check_wheel_soil", planned_to_check(), tuple(tests))
+    print(line, file=sys.stderr)

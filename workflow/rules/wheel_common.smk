@@ -113,14 +113,22 @@ def jobs_of_target(target):
     return wheel_jobs(n_cases, n_beds, names, plates, has_cone)
 
 
+def planned(jobs, wheel=WHEEL):
+    """Rule, work and number of jobs, with the study's own material: the cost follows from sizes, not from frictions."""
+    job = wheel_job(wheel_soil.soil_with(config, {}), wheel)
+    sections = WHEEL_SECTIONS | {"wheel": wheel}
+    return [
+        (rule, in_words(wheel_cost.of_rule, rule, job, sections, wildcards), number)
+        for rule, wildcards, number in jobs
+        if number  # a cone that is not there has no size
+    ]
+
+
 @functools.cache
 def tell_cost(target):
-    """Print once what a target is expected to take, with the study's own material: the cost follows from sizes, not from frictions."""
-    job = wheel_job(wheel_soil.soil_with(config, {}))
-    jobs = jobs_of_target(target)
-    print(
-        in_words(wheel_cost.summary, target, job, WHEEL_SECTIONS, jobs), file=sys.stderr
-    )
+    """Print once what a target is expected to take."""
+    line = wheel_cost.summary(target, planned(jobs_of_target(target)))
+    print(line, file=sys.stderr)
 
 
 def cost_told(target):

@@ -136,18 +136,21 @@ def requested_mb(rule: str, work: Work, attempt: int) -> int:
     return cost.requested_mb(work.spheres, attempt, FILMED_GRAIN_MB if rule == "film_wheel" else cost.GRAIN_MB)
 
 
-def summary(target: str, job: dict, sections: dict, jobs: list[tuple[str, dict, int]]) -> str:
+def summary(target: str, planned: list[tuple[str, Work, int]], tests_s: tuple[float, ...] = ()) -> str:
     """What all jobs of a target are expected to take, those that are done among them, in one line.
 
-    jobs : rule, wildcards and number of jobs; a rule may come several times. job, sections : see `of_rule`.
+    planned : rule, work and number of jobs; a rule may come several times. tests_s : expected s of each of the calibration's own
+    tests with the wheel's grains.
     """
     counts: dict[str, int] = {}
-    seconds = 0.0
-    for rule, wildcards, number in (planned for planned in jobs if planned[2]):  # a cone that is not there has no size
+    for rule, _, number in planned:
         counts[rule] = counts.get(rule, 0) + number
-        seconds += number * of_rule(rule, job, sections, wildcards).expected_s
-    bed, n_beds = of_rule("prepare_bed", job, sections, {}), counts.pop("prepare_bed")
-    grains = f"{float(f'{bed.spheres:.3g}'):,.0f}".replace(",", " ")
-    parts = [f"{n_beds} {'bed' if n_beds == 1 else 'beds'} of {grains} {'spheres' if bed.clumps else 'grains'}"]
-    parts += [f"{number} {NOUNS[rule][number > 1]}" for rule, number in counts.items()]
+    n_beds, beds = counts.pop("prepare_bed"), [work for rule, work, _ in planned if rule == "prepare_bed"]
+    sizes = [f"{float(f'{spheres:.3g}'):,.0f}".replace(",", " ") for spheres in sorted({bed.spheres for bed in beds})]
+    size = sizes[0] if len(sizes) == 1 else f"{sizes[0]} to {sizes[-1]}"
+    parts = [f"{n_beds} {'bed' if n_beds == 1 else 'beds'} of {size} {'spheres' if beds[0].clumps else 'grains'}"]
+    parts += [f"{number} {NOUNS[rule][number > 1]}" for rule, number in counts.items() if number]
+    if tests_s:
+        parts.append(f"{len(tests_s)} {'test' if len(tests_s) == 1 else 'tests'} of the calibration")
+    seconds = sum(number * work.expected_s for _, work, number in planned) + sum(tests_s)
     return f"{target} (not part of `all`): {', '.join(parts)}: about {math.ceil(seconds / 60.0)} core-min in all."
