@@ -47,15 +47,15 @@ def settled_tile() -> Simulation:
     return simulation
 
 
-def bed(tile: Simulation, copies: tuple[int, int], threads: int) -> Simulation:
-    """Create a bed from adjacent copies of a tile, at rest."""
+def bed(tile: Simulation, copies: tuple[int, int], threads: int, again_steps: int = AGAIN_STEPS) -> Simulation:
+    """Create a bed from adjacent copies of a tile, at rest, and go on for some steps."""
     simulation = empty_bed(copies, threads)
     grains = tile.grains
     for x in range(copies[0]):
         for y in range(copies[1]):
             places = grains.positions_m + [x * SIDE_M, y * SIDE_M, 0.0]
             simulation.add_grains(places, grains.radii_m, "soil", grains.velocities_m_s)
-    simulation.advance(AGAIN_STEPS)
+    simulation.advance(again_steps)
     return simulation
 
 
