@@ -51,10 +51,10 @@ def bed(tile: Simulation, copies: tuple[int, int], threads: int, again_steps: in
     """Create a bed from adjacent copies of a tile, at rest, and go on for some steps."""
     simulation = empty_bed(copies, threads)
     grains = tile.grains
-    for x in range(copies[0]):
-        for y in range(copies[1]):
-            places = grains.positions_m + [x * SIDE_M, y * SIDE_M, 0.0]
-            simulation.add_grains(places, grains.radii_m, "soil", grains.velocities_m_s)
+    corners = [(x * SIDE_M, y * SIDE_M, 0.0) for x in range(copies[0]) for y in range(copies[1])]
+    places = np.concatenate([grains.positions_m + corner for corner in corners])
+    radii, velocities = np.tile(grains.radii_m, len(corners)), np.tile(grains.velocities_m_s, (len(corners), 1))
+    simulation.add_grains(places, radii, "soil", velocities)
     simulation.advance(again_steps)
     return simulation
 
