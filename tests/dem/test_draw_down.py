@@ -50,9 +50,9 @@ def test_two_slopes_stay_and_the_slot_is_free(drained):
     assert (z > 0.0).all()
     assert not ((x > SETUP.edges_m[0] + 1.1e-3) & (x < SETUP.edges_m[1] - 1.1e-3)).any()
     found = slopes(flow.after.positions_m, flow.after.radii_m, SETUP.length_m, SETUP.slot_m, SETUP.thickness_m)
-    # so few grains leave slopes that differ by several degrees from one processor to another
-    assert 20.0 < found.left_deg < 65.0
-    assert 20.0 < found.right_deg < 65.0
+    doubt_deg = 2.0 * found.scatter_deg  # so few grains leave slopes that differ by some degrees from one processor to another
+    assert 20.0 < found.left_deg < 50.0 + doubt_deg
+    assert 20.0 < found.right_deg < 50.0 + doubt_deg
     before = flow.before
     assert 0.5 < slice_solid_fraction(before.positions_m, before.radii_m, SETUP.length_m, SETUP.thickness_m) < 0.62
 

@@ -324,7 +324,7 @@ def test_a_hundred_thousand_simulations_are_planned_with_a_gigabyte_in_some_ten_
     text, seconds, megabytes = planning(project, "--config", "batch_minutes=2")
     jobs = counted(text)
     assert 10 < jobs["simulate_repose"] + jobs["simulate_shear"] < 500
-    assert seconds < 20.0 * few_s
+    assert seconds < 12.0 * few_s
     assert megabytes < 1000.0
 
 
