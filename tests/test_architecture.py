@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from dem.jit import source_hash
+from dem import jit
 
 SRC = Path(__file__).parents[1] / "src"
 
@@ -89,11 +89,19 @@ def test_numba_is_imported_in_one_place():
     assert importers == ["jit.py"]
 
 
-def test_kernels_are_cached_by_the_package_source(tmp_path):
+def test_kernels_do_not_depend_on_what_is_left_out_of_their_source():
+    for path in (SRC / "dem").rglob("*.py"):
+        above = path.relative_to(SRC / "dem").parts[0] in jit.ABOVE_KERNELS
+        names = set(imported(path))
+        forbidden = ("dem.jit.",) if above else tuple(f"dem.{folder}" for folder in jit.ABOVE_KERNELS)
+        assert not [name for name in names if f"{name}.".startswith(forbidden)], path
+
+
+def test_kernels_are_cached_by_their_source(tmp_path):
     code = "import dem, numba; print(numba.config.CACHE_DIR, numba.config.SLP_VECTORIZE)"
     environment = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")} | {"XDG_CACHE_HOME": str(tmp_path)}
     seen = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
-    assert seen.stdout.split() == [str(tmp_path / "virtual-soil" / "kernels" / source_hash()), "1"]
+    assert seen.stdout.split() == [str(tmp_path / "virtual-soil" / "kernels" / jit.SOURCE), "1"]
 
 
 def test_experiments_use_the_public_api_only():

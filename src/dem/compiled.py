@@ -93,10 +93,18 @@ def ensure_one(variant: Variant) -> None:
 
 
 def is_true(file: Path) -> bool:
-    """True if all files of the cache that a marker lists are as they were when it was written, or are indices with more entries."""
+    """True if all files of the cache that a marker lists are as they were when it was written, or are indices with more entries.
+
+    These take half a second to read where many variants were compiled, so they are listed anew for the next process.
+    """
     listed = content_of(file)
-    changed = [name for name, digest in listed.items() if digest_of(file.parent / name) != digest]
-    return bool(listed) and all(knows(file.parent / name, listed) for name in changed)
+    found = {name: digest_of(file.parent / name) for name in listed}
+    changed = [name for name in listed if found[name] != listed[name]]
+    true = bool(listed) and all(knows(file.parent / name, listed) for name in changed)
+    if true and changed:
+        with contextlib.suppress(OSError):  # the cache may be another user's
+            replace(file, json.dumps(found).encode())
+    return true
 
 
 def knows(index: Path, listed: dict[str, str]) -> bool:

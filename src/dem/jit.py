@@ -1,9 +1,10 @@
 """Compilation of every kernel.
 
 Kernels are cached on disk so that only the first process compiles. By itself, numba looks a kernel up by the path of its file and
-by that file alone. Here it looks up the place within the package and a hash of the whole package's source: functions that a kernel
+by that file alone. Here it looks up the place within the package and a hash of the source of all kernels: functions that a kernel
 calls from other files count, and all checkouts of the same source share their kernels, wherever they lie and whenever they were
-made. numba keys the cache by processor type, so machines with different processors can share a cache.
+made. Virtual tests and measurements, which hold no kernels, may change without a new compilation. numba keys the cache by
+processor type, so machines with different processors can share a cache.
 """
 
 import functools
@@ -41,17 +42,23 @@ EXACT_FLAGS: dict[str, Any] = {**APART_FLAGS, "fastmath": False}
 STRICT_FLAGS: dict[str, Any] = {**JIT_FLAGS, "fastmath": False}
 
 
-def source_hash() -> str:
-    """Hash of all Python files of the package, in path order (16 hex digits)."""
+#: Folders that hold no kernels, and from which no kernel takes a number.
+ABOVE_KERNELS = ("experiments", "measure")
+
+
+def source_hash(but: tuple[str, ...] = ()) -> str:
+    """Hash of all Python files of the package, in path order (16 hex digits); but : folders to leave out."""
     digest = hashlib.sha256()
     for path in sorted(PACKAGE.rglob("*.py")):
-        digest.update(path.relative_to(PACKAGE).as_posix().encode())
-        digest.update(path.read_bytes())
+        place = path.relative_to(PACKAGE)
+        if place.parts[0] not in but:
+            digest.update(place.as_posix().encode())
+            digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
-#: Hash of the source that this process runs.
-SOURCE = source_hash()
+#: Hash of the source of the kernels that this process runs.
+SOURCE = source_hash(ABOVE_KERNELS)
 
 os.environ["NUMBA_CACHE_DIR"] = str(kernel_folder(SOURCE))
 os.environ.setdefault("NUMBA_SLP_VECTORIZE", "1")  # 15-20 % faster kernels; read once, when numba is imported
@@ -66,6 +73,7 @@ from numba.core.caching import CacheImpl, IndexDataCacheFile, UserProvidedCacheL
 from numba.extending import intrinsic, overload  # noqa: E402
 
 __all__ = [
+    "ABOVE_KERNELS",
     "DISABLED",
     "MAX_THREADS",
     "apart_jit",
@@ -96,7 +104,7 @@ class PackageLocator(UserProvidedCacheLocator):
     """Where numba keeps the package's kernels, and the stamp by which it knows them; other files are kept as numba does."""
 
     def get_source_stamp(self):
-        """Return the hash of the whole package."""
+        """Return the hash of the source of all kernels."""
         return SOURCE
 
     @classmethod

@@ -46,10 +46,10 @@ def copied(folder):
 
 def test_a_changed_file_needs_its_own_compilation_and_a_copy_does_not(monkeypatch, tmp_path):
     markers, copy = [], copied(tmp_path)
-    for change in ("", "", "# another\n"):
-        with open(copy / "step" / "loop.py", "a", encoding="utf-8") as file:
+    for place, change in (("step/loop.py", ""), ("experiments/bed.py", "# another\n"), ("step/loop.py", "# another\n")):
+        with open(copy / place, "a", encoding="utf-8") as file:
             file.write(change)
-        monkeypatch.setattr(jit, "SOURCE", jit.source_hash())
+        monkeypatch.setattr(jit, "SOURCE", jit.source_hash(jit.ABOVE_KERNELS))
         markers.append(compiled.marker(compiled.Variant()))
         monkeypatch.setattr(jit, "PACKAGE", copy)
     assert markers[0] == markers[1] != markers[2]

@@ -15,7 +15,7 @@ def main(settings, laws, clumps, turning, marker):
         compiled.ensure(**variant)
         if turning:  # in periodic slices, and without a ledger, which does not book bodies that turn
             compiled.ensure(**variant | {"energy_ledger": False, "turning": True, "periodic": True})
-    write_text(marker, f"kernels of source {jit.source_hash()} are compiled\n")
+    write_text(marker, f"kernels of source {jit.SOURCE} are compiled\n")
 
 
 if __name__ == "__main__":
