@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from virtual_soil.campaign.tables import check_table
-from virtual_soil.verification import GROUPS, table_of
+from virtual_soil.verification import table_of
+from virtual_soil.verification.groups import GROUPS
 
 SRC = Path(__file__).parents[2] / "src" / "virtual_soil" / "verification"
 RULES = Path(__file__).parents[2] / "workflow" / "rules" / "verification.smk"

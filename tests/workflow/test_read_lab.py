@@ -7,8 +7,7 @@ import pytest
 from campaign import ENVIRONMENT, ROOT
 
 from virtual_soil.calibration.errors import CalibrationError
-from virtual_soil.report.inputs import laboratory_of
-from virtual_soil.report.laboratory import draw_tests
+from virtual_soil.report.laboratory import draw_tests, laboratory_of
 from virtual_soil.report.read_lab import read_lab
 
 EXAMPLE = ROOT / "config" / "soils" / "example" / "example.yaml"

@@ -8,7 +8,7 @@ from virtual_soil.report.contents import (
     marked,
 )
 from virtual_soil.report.experiments import repose as recorded
-from virtual_soil.report.inputs import laboratory_of
+from virtual_soil.report.laboratory import laboratory_of
 
 REPORTED = [
     *("soil", "design", *MEASURED, "screening", "acceleration"),

@@ -1,8 +1,9 @@
-"""Adapt rule `check_engine` to `verification.GROUPS`."""
+"""Adapt rule `check_engine` to `verification.groups`."""
 
 from _log import log_to
 from virtual_soil.campaign.tables import write_table
-from virtual_soil.verification import GROUPS, table_of
+from virtual_soil.verification import table_of
+from virtual_soil.verification.groups import GROUPS
 
 if __name__ == "__main__":
     log_to(snakemake.log[0])

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from dem import Body, Grains, Rich, Simulation, SimulationError, solids
 from dem.experiments.soil import Engine, Soil
@@ -88,7 +88,7 @@ class Setup(Rich):
     @property
     def depth_m(self) -> float:
         """Depth of the filling at rest below the middle of its surface: that of a segment of a circle."""
-        half = brentq(lambda a: a - math.sin(a) * math.cos(a) - math.pi * self.fill_ratio, 0.0, math.pi)
+        half = scipy.optimize.brentq(lambda a: a - math.sin(a) * math.cos(a) - math.pi * self.fill_ratio, 0.0, math.pi)
         return self.radius_m * (1.0 - math.cos(half))
 
 

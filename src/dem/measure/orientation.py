@@ -8,7 +8,7 @@ orientation tensor is the mean of n n^T (de Gennes & Prost, The Physics of Liqui
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from dem.html import Rich
 
@@ -64,7 +64,7 @@ def long_axes(orientations, moments) -> np.ndarray:
         k = int(np.argmax(round_))
         raise OrientationError(f"moments of clump {k} are {moments[k].tolist()}; allowed: a single smallest one, for a long axis")
     along = np.eye(3)[np.argmin(moments, axis=1)]
-    return Rotation.from_quat(orientations, scalar_first=True).apply(along)
+    return scipy.spatial.transform.Rotation.from_quat(orientations, scalar_first=True).apply(along)
 
 
 def measure_orientations(orientations, moments) -> OrientationDistribution:

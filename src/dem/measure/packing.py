@@ -7,8 +7,7 @@ bulk density is that of the inside; that of a vessel filled with scaled-up grain
 import math
 
 import numpy as np
-from scipy.spatial import cKDTree
-from scipy.stats import qmc
+import scipy
 
 #: Layer along walls, floor and surface that is left out, in mean grain diameters.
 WALL_LAYER = 2.0
@@ -46,7 +45,7 @@ def core_solid_fraction(positions, radii, vessel_radius_m: float, grain_radii=No
     layer = WALL_LAYER * 2.0 * float(np.mean(radii if grain_radii is None else grain_radii))
     low, high = levels(positions, layer)
     core = max(vessel_radius_m - layer, LEAST_CORE * vessel_radius_m)
-    u, v, w = qmc.Sobol(3, seed=0).random_base2(N_LOG2).T
+    u, v, w = sobol_points().T
     along = np.column_stack([np.cos(2.0 * np.pi * v), np.sin(2.0 * np.pi * v)])
     return share_inside(np.column_stack([core * np.sqrt(u)[:, None] * along, low + (high - low) * w]), positions, radii)
 
@@ -62,9 +61,14 @@ def slice_solid_fraction(positions, radii, length_m: float, thickness_m: float, 
     layer = WALL_LAYER * 2.0 * float(np.mean(radii if grain_radii is None else grain_radii))
     low, high = levels(positions, layer)
     margin = min(layer, 0.5 * (1.0 - LEAST_CORE) * length_m)
-    points = qmc.scale(qmc.Sobol(3, seed=0).random_base2(N_LOG2), [margin, 0.0, low], [length_m - margin, thickness_m, high])
+    points = scipy.stats.qmc.scale(sobol_points(), [margin, 0.0, low], [length_m - margin, thickness_m, high])
     copies = np.concatenate([positions + [0.0, k * thickness_m, 0.0] for k in (-1, 0, 1)])
     return share_inside(points, copies, np.tile(radii, 3))
+
+
+def sobol_points() -> np.ndarray:
+    """Points (n, 3) that fill the unit cube evenly, always the same."""
+    return scipy.stats.qmc.Sobol(3, seed=0).random_base2(N_LOG2)
 
 
 def levels(positions: np.ndarray, layer: float) -> tuple[float, float]:
@@ -77,5 +81,5 @@ def share_inside(points: np.ndarray, positions: np.ndarray, radii: np.ndarray) -
     """Share of points that lie in a grain."""
     # the nearest centre need not be that of the grain around a point
     n_nearest = 1 if np.ptp(radii) == 0.0 else min(NEAREST, len(radii))
-    distance, grain = cKDTree(positions).query(points, [*range(1, n_nearest + 1)], distance_upper_bound=radii.max())
+    distance, grain = scipy.spatial.cKDTree(positions).query(points, [*range(1, n_nearest + 1)], distance_upper_bound=radii.max())
     return float((distance < np.append(radii, 0.0)[grain]).any(axis=1).mean())

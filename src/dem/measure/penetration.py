@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from dem.html import Rich
 from dem.measure.blocks import block_means
@@ -78,7 +78,7 @@ def power_law(sinkage_m, pressure_pa, low_m: float, high_m: float) -> PowerLaw:
     def residual(n: float) -> float:
         return float(((p - modulus(n) * ratio**n) ** 2).mean())
 
-    n = float(minimize_scalar(residual, bounds=EXPONENTS, method="bounded", options={"xatol": 1e-9}).x)
+    n = float(scipy.optimize.minimize_scalar(residual, bounds=EXPONENTS, method="bounded", options={"xatol": 1e-9}).x)
     return PowerLaw(k_pa_m_n=modulus(n) / scale_m**n, n=n, residual_ratio=math.sqrt(residual(n)) / float(np.abs(p).mean()))
 
 

@@ -6,7 +6,7 @@ several runs (an error column, n_runs and relative_scatter).
 
 import numpy as np
 import pandas as pd
-from scipy import stats
+import scipy
 
 from virtual_soil.calibration.response import Response
 from virtual_soil.calibration.space import Space
@@ -94,7 +94,7 @@ def student(freedom):
 
     An interval of two standard errors then has the probability of two normal standard deviations, however few the values.
     """
-    return stats.t.ppf(stats.norm.cdf(NOISE_LIMIT), freedom) / NOISE_LIMIT
+    return scipy.stats.t.ppf(scipy.stats.norm.cdf(NOISE_LIMIT), freedom) / NOISE_LIMIT
 
 
 def error_of_mean(response: Response, rows: pd.DataFrame, scatter: float, n_seeds: int) -> float:

@@ -18,8 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import least_squares
-from scipy.stats import qmc
+import scipy
 
 from virtual_soil.calibration.errors import demand
 from virtual_soil.calibration.gauss_newton import Descent, gauss_newton, jacobian
@@ -138,8 +137,8 @@ def combined_scale(ratio: float, floors: Mapping[str, float]) -> Callable:
 
 def starts(low: np.ndarray, high: np.ndarray, n: int) -> np.ndarray:
     """N low-discrepancy initial guesses (n, k) inside the bounds."""
-    sampler = qmc.Sobol(len(low), seed=SOBOL_SEED)
-    return qmc.scale(sampler.random_base2(int(np.ceil(np.log2(max(n, 2)))))[:n], low, high)
+    sampler = scipy.stats.qmc.Sobol(len(low), seed=SOBOL_SEED)
+    return scipy.stats.qmc.scale(sampler.random_base2(int(np.ceil(np.log2(max(n, 2)))))[:n], low, high)
 
 
 @dataclass(frozen=True)
@@ -190,7 +189,7 @@ def search(phi, weights, bounds: np.ndarray, variables, options: dict) -> Search
 
 def bounded(phi, root: np.ndarray, bounds: np.ndarray, start: np.ndarray, settings: dict | None = None) -> tuple[float, np.ndarray]:
     """Cost and end point of bounded, damped least squares from one start; dogbox is the quickest at the edges of a box."""
-    result = least_squares(
+    result = scipy.optimize.least_squares(
         lambda x: root * phi(x),
         start,
         lambda x: root[:, None] * jacobian(phi, x),

@@ -11,8 +11,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import linprog
-from scipy.stats import qmc
+import scipy
 
 #: Low-discrepancy points over which the range of a response is looked for.
 REACH = 2**13
@@ -63,7 +62,7 @@ class Space:
 
     def crowd(self, n: int) -> np.ndarray:
         """N low-discrepancy points (n, k) in the unit cube; n a power of two."""
-        return qmc.Sobol(len(self.variables), seed=SOBOL_SEED).random_base2(int(np.log2(n)))
+        return scipy.stats.qmc.Sobol(len(self.variables), seed=SOBOL_SEED).random_base2(int(np.log2(n)))
 
     def everywhere(self, n: int) -> np.ndarray:
         """Low-discrepancy points and all corners of the unit cube."""
@@ -82,7 +81,7 @@ def filling(space: Space, n: int) -> list[dict[str, float]]:
     """
     k = len(space.variables)
     corners = np.array(list(itertools.product([0.0, 1.0], repeat=k))) if 2**k <= CORNER_SHARE * n else np.zeros((0, k))
-    inner = qmc.Sobol(k, seed=SOBOL_SEED).random_base2(math.ceil(math.log2(n)))[: n - len(corners)]
+    inner = scipy.stats.qmc.Sobol(k, seed=SOBOL_SEED).random_base2(math.ceil(math.log2(n)))[: n - len(corners)]
     unit = np.vstack([corners, inner])
     values = space.values(unit)
     for k, name in enumerate(space.variables):  # the logarithm's rounding would leave a corner's zero at 1e-17
@@ -107,5 +106,5 @@ def space_of(design: dict) -> Space:
 def inside_hull(points: np.ndarray, x: np.ndarray) -> bool:
     """True if x (n,) is a convex combination of points (m, n), so that a prediction there interpolates."""
     equations = np.vstack([np.asarray(points, float).T, np.ones(len(points))])
-    found = linprog(np.zeros(len(points)), A_eq=equations, b_eq=np.append(x, 1.0), bounds=(0, None), method="highs")
+    found = scipy.optimize.linprog(np.zeros(len(points)), A_eq=equations, b_eq=np.append(x, 1.0), bounds=(0, None), method="highs")
     return bool(found.status == 0)

@@ -14,7 +14,6 @@ distance to the nearest reachable value is therefore added to s_j (in squares), 
 
 from dataclasses import dataclass, field
 
-import emcee
 import numpy as np
 import pandas as pd
 
@@ -128,6 +127,8 @@ def sample(likelihood: Likelihood, n: int) -> tuple[np.ndarray, np.ndarray]:
     emcee's affine-invariant ensemble. Its walkers start at probable points of a low-discrepancy set, so that they find every mode
     that this set resolves. The same samples in every run.
     """
+    import emcee  # imported here: with the half of scipy that it loads, it takes a quarter of a dry run's start-up
+
     random = np.random.default_rng(SEED)
     crowd = likelihood.space.crowd(CROWD)
     chosen = random.choice(len(crowd), WALKERS, p=probabilities(likelihood(crowd)))

@@ -4,11 +4,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from virtual_soil.campaign.experiments.shear.laboratory import ENTRY, ShearTests, understood
 from virtual_soil.campaign.inference import read_models
-from virtual_soil.campaign.soils import soil_content
 from virtual_soil.campaign.stored import stored
 from virtual_soil.campaign.tables import read_provenance, read_table
+from virtual_soil.report.laboratory import laboratory_of
 from virtual_soil.report.study import Study
 
 
@@ -36,10 +35,3 @@ def read_study(files, config: dict) -> Study:
         engine=read_provenance(files.after[0]).get("engine", "unknown"),
         laboratory=laboratory_of(files.soils),
     )
-
-
-def laboratory_of(soils: list[str]) -> dict[str, ShearTests]:
-    """Soil -> its laboratory's shear tests, of the soil files that name curves."""
-    entries = {Path(path): soil_content(Path(path)).get(ENTRY) for path in soils}
-    found = {path.stem: understood(path, entry) for path, entry in entries.items() if entry is not None}
-    return {soil: tests for soil, tests in found.items() if tests.curves}

@@ -1,12 +1,21 @@
 """Laboratory curves as they were read: every reading, and those that count."""
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from virtual_soil.campaign.experiments.shear.laboratory import ShearTests
+from virtual_soil.campaign.experiments.shear.laboratory import ENTRY, ShearTests, understood
+from virtual_soil.campaign.soils import soil_content
 from virtual_soil.report.plots import COLOURS, canvas
+
+
+def laboratory_of(soils: list[str]) -> dict[str, ShearTests]:
+    """Soil -> its laboratory's shear tests, of the soil files that name curves."""
+    entries = {Path(path): soil_content(Path(path)).get(ENTRY) for path in soils}
+    found = {path.stem: understood(path, entry) for path, entry in entries.items() if entry is not None}
+    return {soil: tests for soil, tests in found.items() if tests.curves}
 
 
 def draw_tests(soils: Mapping[str, ShearTests]) -> Figure:

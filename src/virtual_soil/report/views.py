@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pandas as pd
-from scipy.spatial import cKDTree
+import scipy
 
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.campaign.grains import CLUMP
@@ -29,7 +29,7 @@ def coordination(grains: pd.DataFrame, periodic_m: float = 0.0) -> np.ndarray:
     if periodic_m:
         places[:, 1] %= periodic_m
         places[:, 1] %= periodic_m  # a rounding below zero ends at the period itself
-    tree = cKDTree(places, boxsize=[0.0, periodic_m, 0.0] if periodic_m else None)
+    tree = scipy.spatial.cKDTree(places, boxsize=[0.0, periodic_m, 0.0] if periodic_m else None)
     first, second = tree.query_pairs(2.0 * radii.max(), output_type="ndarray").T
     apart = places[first] - places[second]
     if periodic_m:

@@ -14,7 +14,7 @@ import math
 from functools import partial
 
 import numpy as np
-from scipy.integrate import solve_ivp
+import scipy
 
 from virtual_soil.verification import closed_forms
 from virtual_soil.verification.check import Check
@@ -162,7 +162,7 @@ def stick(impact: closed_forms.Impact, shear_modulus_pa: float, tangential_m_s: 
     parted.terminal = True  # type: ignore[attr-defined]  # attribute read by scipy
     start = [0.0, impact.speed_m_s, tangential_m_s, 0.0, 0.0]
     scale = [impact.elastic_overlap_m, impact.speed_m_s, tangential_m_s, tangential_m_s / r, impact.elastic_overlap_m]
-    solution = solve_ivp(
+    solution = scipy.integrate.solve_ivp(
         derivative, (0.0, 3.0 * impact.duration_s), start, events=parted, rtol=1e-8, atol=1e-9 * np.array(scale),
         max_step=impact.duration_s / 500.0,
     )  # fmt: skip

@@ -28,7 +28,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from dem.measure.penetration import PowerLaw
 from virtual_soil.calibration.errors import CalibrationError, demand
@@ -125,7 +125,7 @@ def wheel(
     carried = missing(ENTRY[1]) + load_n
     allowed = f"at most {carried:.4g} N, which this soil carries when the wheel has sunk to its axle"
     demand(carried >= load_n, f"load of the handbook's wheel at slip {slip:g}", f"{load_n:g} N", allowed)
-    entry = float(brentq(missing, *ENTRY, xtol=1e-12))
+    entry = float(scipy.optimize.brentq(missing, *ENTRY, xtol=1e-12))
     _, pull, torque = loads(entry, slip, radius_m, width_m, law, strength, largest)
     return Rolling(radius_m * (1.0 - math.cos(entry)), pull, torque)
 
