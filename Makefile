@@ -25,7 +25,7 @@ $(READY): requirements.lock pyproject.toml
 	touch $(READY)
 
 test: setup lint  ## run lint, all tests (contact tests also without JIT) and the smoke campaign
-	NUMBA_DISABLE_JIT=1 $(BIN)/pytest tests/dem/contact
+	NUMBA_DISABLE_JIT=1 $(BIN)/pytest --numprocesses $(CORES) tests/dem/contact
 	$(BIN)/pytest --numprocesses $(CORES)
 
 test-slurm: setup  ## run the smoke campaign on a local SLURM with two virtual nodes; needs Debian and root

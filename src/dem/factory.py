@@ -178,8 +178,10 @@ def row(low: float, high: float, spacing: float, margin: float, rng) -> np.ndarr
 class Factory:
     """Makes n_grains of a material at time_s, in layers from the bottom of a region, without contacts.
 
-    seed makes it reproducible; velocity_m_s is what the grains start with. shape : None for spheres, the prototype of clumps, or a
-    mix of them in random order; sizes are then radii of spheres of equal volume, and orientations are random.
+    seed makes it reproducible; velocity_m_s is what the grains start with, and velocity_sd_m_s the standard deviation of what is
+    added to each component at random: layers that fall as such come to rest as layers of different density. shape : None for
+    spheres, the prototype of clumps, or a mix of them in random order; sizes are then radii of spheres of equal volume, and
+    orientations are random.
     """
 
     n_grains: int
@@ -189,12 +191,14 @@ class Factory:
     seed: int
     time_s: float = 0.0
     velocity_m_s: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0))
+    velocity_sd_m_s: float = 0.0
     shape: Shape | None = None
 
     def __post_init__(self):
         require(self.n_grains > 0, "n_grains", self.n_grains, "at least 1")
         require(math.isfinite(self.time_s), "time_s of a factory", self.time_s, "a finite number")
         require_vector(self.velocity_m_s, 3, "velocity_m_s of a factory")
+        require(0.0 <= self.velocity_sd_m_s < math.inf, "velocity_sd_m_s of a factory", self.velocity_sd_m_s, "zero or positive")
 
     @property
     def smallest_m(self) -> float:
@@ -208,6 +212,11 @@ class Factory:
     def orientations(self) -> np.ndarray:
         """Random quaternions (n, 4), see `dem.clumps.records`."""
         return random_orientations(self.n_grains, np.random.default_rng((self.seed, 1)))
+
+    def velocities(self) -> np.ndarray:
+        """Velocities (n, 3) in m/s of all grains."""
+        random = np.random.default_rng((self.seed, 3)).standard_normal((self.n_grains, 3))
+        return np.asarray(self.velocity_m_s) + self.velocity_sd_m_s * random
 
     def make(self) -> tuple[np.ndarray, np.ndarray]:
         """Positions (n, 3) and radii (n,) in m; of clumps those of their centres, and of equal volume.

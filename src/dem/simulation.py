@@ -315,10 +315,10 @@ class Simulation:
             positions, radii = factory.make()
             apart = self.n_grains == 0
             if factory.shape is None:
-                self._add(positions, radii, factory.material, factory.velocity_m_s, apart=apart)
+                self._add(positions, radii, factory.material, factory.velocities(), apart=apart)
             else:
-                turns, kinds, velocity = factory.orientations(), factory.kinds(), factory.velocity_m_s
-                self._add_clumps(factory.shape, kinds, positions, radii, factory.material, turns, velocity, apart=apart)
+                turns, kinds, velocities = factory.orientations(), factory.kinds(), factory.velocities()
+                self._add_clumps(factory.shape, kinds, positions, radii, factory.material, turns, velocities, apart=apart)
 
     def add_grains(
         self, positions_m, radii_m, material: str, velocities_m_s=(0.0, 0.0, 0.0), angular_velocities_rad_s=(0.0, 0.0, 0.0)

@@ -20,12 +20,20 @@ class Bed(Protocol):
 
 
 def dropped(
-    soil: Soil, bed: Bed, engine: Engine, seed: int, walls: list[Box], n_grains: int, *, endless: bool = False
+    soil: Soil,
+    bed: Bed,
+    engine: Engine,
+    seed: int,
+    walls: list[Box],
+    n_grains: int,
+    *,
+    endless: bool = False,
+    velocity_sd_m_s: float = 0.0,
 ) -> Simulation:
     """Walls and dropped grains at time 0, with the friction and adhesion of the preparation.
 
     Walls of the material "plate" are as rough as the grains, those of "frame" are smooth and nothing sticks to them.
-    endless : the bed is periodic along x too.
+    endless : the bed is periodic along x too. velocity_sd_m_s : random velocity of the grains, see `dem.Factory`.
     """
     grain, options = soil.softened(engine.stiffness_reduction), engine.options(soil)
     early = options["adhesion"] if bed.prepared_with_adhesion else "none"
@@ -41,5 +49,5 @@ def dropped(
     )
     corners = {"low_m": (0.0, 0.0), "high_m": (bed.length_m, bed.thickness_m)}
     region = BoxRegion(**corners, bottom_m=0.0, periodic_x=endless, periodic_y=True)
-    simulation.add_factory(soil.factory(n_grains, region, seed))
+    simulation.add_factory(soil.factory(n_grains, region, seed, velocity_sd_m_s))
     return simulation

@@ -89,9 +89,10 @@ class Soil(Rich):
         """Stress on the smallest sphere of a grain over that on the grain, at the same force: the square of the radii's ratio."""
         return 1.0 if self.shape is None else self.shape.smallest_ratio**-2
 
-    def factory(self, n_grains: int, region: BoxRegion | TubeRegion, seed: int) -> Factory:
+    def factory(self, n_grains: int, region: BoxRegion | TubeRegion, seed: int, velocity_sd_m_s: float = 0.0) -> Factory:
         """Factory of n grains of this soil, material "soil"."""
-        return Factory(n_grains=n_grains, region=region, sizes=self.sizes, material="soil", seed=seed, shape=self.shape)
+        made = {"n_grains": n_grains, "region": region, "seed": seed, "velocity_sd_m_s": velocity_sd_m_s}
+        return Factory(**made, sizes=self.sizes, material="soil", shape=self.shape)
 
     def kinds(self, n_grains: int, seed: int) -> np.ndarray:
         """Index of the shape of each of n grains (n,), as a factory draws them; 0 unless shapes are mixed."""

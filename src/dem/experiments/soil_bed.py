@@ -28,6 +28,10 @@ LOG = logging.getLogger(__name__)
 SETTLED_ENERGY_RATIO, SETTLE_FALL_TIMES = 1e-6, 12.0
 #: Free-fall times of the bed's depth that it is given after its grains have their own friction, at least and at most.
 REST_FALL_TIMES, LONGEST_REST = 1.0, 10.0
+#: Random velocity of the dropped grains over sqrt(g d). Without it the layers in which they are made arrive one by one and
+#: come to rest as layers: in three beds of 7441 grains of 5 mm, the solid fraction of slices of 6 mm had a standard deviation of
+#: 0.017, that of the beds one of 0.006. With 0.45 these were 0.005 and 0.001, with 1.35 0.006 and 0.003.
+STIRRED_RATIO = 0.5
 #: Side of a cell of the height map in mean grain diameters.
 CELL_DIAMETERS = 2.0
 #: Shares of the level between which the solid fraction is measured, away from floor and surface.
@@ -115,7 +119,8 @@ def check(soil: Soil, setup: Setup, engine: Engine) -> None:
 def build(soil: Soil, setup: Setup, engine: Engine, seed: int) -> Simulation:
     """Floor and dropped grains, at time 0."""
     check(soil, setup, engine)
-    return dropped(soil, setup, engine, seed, [floor()], n_grains(soil, setup), endless=True)
+    stirred = STIRRED_RATIO * math.sqrt(2.0 * soil.radius_m * engine.gravity_m_s2)
+    return dropped(soil, setup, engine, seed, [floor()], n_grains(soil, setup), endless=True, velocity_sd_m_s=stirred)
 
 
 def start(soil: Soil, setup: Setup, engine: Engine, seed: int) -> State:

@@ -4,6 +4,8 @@ Search, posterior and intervals are those of a study; only the simulations are t
 a campaign at the study's settings has verified the optimum: every row of the answer says so.
 """
 
+from collections.abc import Collection, Iterable
+
 import numpy as np
 import pandas as pd
 
@@ -79,13 +81,26 @@ def first_answer_text(
     material : the reference campaign's, whose design variables the answer replaces. strengths : response -> which strength the
     reference measured, empty if none. scaling : the test in terms of the reference's.
     """
-    soil = table["soil"].iloc[0]
     lines = [
-        f"First answer for {soil}, from the reference tables in docs/reference.",
+        f"First answer for {table['soil'].iloc[0]}, from the reference tables in docs/reference.",
         "No simulation was run for it. A campaign at your own settings has to confirm it.",
         "",
         "The soil:",
+        *soil_lines(soils, strengths),
+        *conditions(scaling, responses),
+        "",
+        "Can such grains behave like it?",
+        *reach_lines(reach, responses),
+        *(line for _, row in table.iterrows() for line in case_lines(row, design["variables"], responses)),
+        "",
+        *closing_lines(table, design["variables"], material, scaling),
     ]
+    return "\n".join(lines) + "\n"
+
+
+def soil_lines(soils: pd.DataFrame, strengths: dict[str, str]) -> list[str]:
+    """The soil's properties, and which of its strengths are not the reference's."""
+    lines = []
     for _, row in soils.iterrows():
         error = row["standard_uncertainty"]
         stated = f" +- {error:.3g}" if np.isfinite(error) else ""
@@ -94,37 +109,48 @@ def first_answer_text(
         stated, measured = row["strength"], strengths.get(row["property"], "")
         if stated and measured and stated != measured:
             lines.append(f"  {row['property']}: a {stated} strength of the soil, beside the {measured} strength of the reference")
-    lines += conditions(scaling, responses)
-    lines += ["", "Can such grains behave like it?"]
+    return lines
+
+
+def reach_lines(reach: pd.DataFrame, responses: Responses) -> list[str]:
+    """Whether the design reaches the targets."""
+    lines = []
     for _, row in reach.iterrows():
         unit = responses[row["response"]].unit
         ends = f"the design reaches {row['lowest_predicted']:.3g} to {row['highest_predicted']:.3g} {unit}"
         nearer = f"; nearer with {row['grows_with']}" if row["grows_with"] else ""
         verdict = "yes" if row["reachable"] else f"NO, nearest {row['nearest_reachable']:.3g}{nearer}"
         lines.append(f"  {row['response']:<22}{verdict} ({ends})")
-    for _, row in table.iterrows():
-        lines += ["", f"Case {row['case']}: optimum, 95 % interval"]
-        for name in design["variables"]:
-            lines.append(f"  {name:<26}{row[name]:>10.4g}   {row[f'{name}_low_95']:.3g} to {row[f'{name}_high_95']:.3g}")
-        lines.append(f"{'predicted there, 95 % interval, wanted':>49}")
-        for column in (response.column for response in responses.values()):
-            interval = f"{row[f'{column}_low_95']:.3g} to {row[f'{column}_high_95']:.3g}"
-            wanted = row[f"target_{column}"]
-            asked = f"{wanted:.4g}" if np.isfinite(wanted) else "-"
-            lines.append(f"  {column:<26}{row[column]:>10.4g}   {interval:<18} {asked}")
-        for what, said in (("missed by more than two standard deviations", "missed"), ("extrapolated", "extrapolated")):
-            if row[said]:
-                lines.append(f"  {what}: {row[said].replace(',', ', ')}")
-    prefers = RADIUS in design["variables"] and (table[f"weight_{LARGE_GRAINS}"] > 0).any()
+    return lines
+
+
+def case_lines(row: pd.Series, variables: Iterable[str], responses: Responses) -> list[str]:
+    """Optimum of a case, what is predicted there, and what it misses."""
+    lines = ["", f"Case {row['case']}: optimum, 95 % interval"]
+    for name in variables:
+        lines.append(f"  {name:<26}{row[name]:>10.4g}   {row[f'{name}_low_95']:.3g} to {row[f'{name}_high_95']:.3g}")
+    lines.append(f"{'predicted there, 95 % interval, wanted':>49}")
+    for column in (response.column for response in responses.values()):
+        interval = f"{row[f'{column}_low_95']:.3g} to {row[f'{column}_high_95']:.3g}"
+        wanted = row[f"target_{column}"]
+        asked = f"{wanted:.4g}" if np.isfinite(wanted) else "-"
+        lines.append(f"  {column:<26}{row[column]:>10.4g}   {interval:<18} {asked}")
+    for what, said in (("missed by more than two standard deviations", "missed"), ("extrapolated", "extrapolated")):
+        if row[said]:
+            lines.append(f"  {what}: {row[said].replace(',', ', ')}")
+    return lines
+
+
+def closing_lines(table: pd.DataFrame, variables: Collection[str], material: dict, scaling: Scaling) -> list[str]:
+    """What was held, and how to read the optima."""
+    prefers = RADIUS in variables and (table[f"weight_{LARGE_GRAINS}"] > 0).any()
     preference = " and prefers large grains" if prefers else ""
-    held = ", ".join(f"{name} = {value:g}" for name, value in material.items() if name not in design["variables"])
-    lines += [
-        "",
+    held = ", ".join(f"{name} = {value:g}" for name, value in material.items() if name not in variables)
+    return [
         f"Held at the reference's values{'' if scaling.its_own else ', but for what was asked for'}: {held}.",
         f"The optimum minimises the weighted errors{preference}; the interval holds what is consistent with the soil.",
         "An optimum outside its interval, or an interval as wide as the design, says that the tests do not determine it.",
     ]
-    return "\n".join(lines) + "\n"
 
 
 def conditions(scaling: Scaling, responses: Responses) -> list[str]:

@@ -33,6 +33,9 @@ PLAIN, STICKY, SHAPED, MIXED = 2, 3, 4, 5
 #: The same of soils with adhesion, and of dimers.
 ADHESIVE = {"adhesive_stress_pa": ("Pa", "pull-off force of two mean grains over their diameter squared")}
 DIMER = {"aspect_ratio": ("1", "length over width of the grains, dimers")}
+#: Columns of the verification table that a card has, its verdicts last.
+VERDICTS = ("prediction", "match")
+SIMULATED = ("response", "unit", "target", "predicted", "predicted_se", "simulated", "simulated_se", "n_seeds", *VERDICTS)
 SCHEMA = json.loads(Path(__file__).with_name("material.schema.json").read_text(encoding="utf-8"))
 
 
@@ -65,46 +68,57 @@ def material_card(
         "study": config["study"],
         "case": optimum["case"],
         "soil": optimum["soil"],
-        "parameters": {
-            name: {
-                "value": material[name],
-                "unit": unit,
-                "meaning": meaning,
-                "calibrated": name in variables,
-                **interval(optimum, name),
-            }
-            for name, (unit, meaning) in (PARAMETERS | further).items()
-        },
+        "parameters": parameters(PARAMETERS | further, material, optimum, variables),
         **shape,
         **({"adhesion": adhesion(law, material, config, clump)} if adhesive else {}),
         "walls": {name: material[name] if value is None else value for name, value in walls.items()},
-        "responses": {
-            column: {
-                "unit": unit,
-                "target": optimum[f"target_{column}"],
-                "predicted": optimum[column],
-                **interval(optimum, column),
-            }
-            for column, unit in responses.items()
-        },
-        "verification": {
-            "prediction": optimum["prediction"],
-            "match": optimum["match"],
-            "missed": names(optimum["missed"]),
-            "extrapolated": names(optimum["extrapolated"]),
-            "simulations": [
-                {key: row[key] for key in ("response", "unit", "target", "predicted", "predicted_se", "simulated", "simulated_se",
-                                           "n_seeds", "prediction", "match")}
-                for row in verification
-            ],
-        },
+        "responses": predictions(optimum, responses),
+        "verification": verdicts(optimum, verification),
         "models": words(config["engine"]["rolling_model"], law),
-        "simulated_with": {**config["fidelity"]["campaign"], **sizes(config),
-                           "gravity_m_s2": config["engine"]["gravity_m_s2"], "grading": config["grading"],
-                           **{name: stated for name, stated in config.items() if name.endswith("_test")}},
+        "simulated_with": conditions(config),
         "provenance": {"config_sha256": config_hash(config), **provenance},
-    }  # fmt: skip
+    }
     return check_card(without_nan(card))
+
+
+def parameters(described: Mapping[str, tuple[str, str]], material: dict, optimum: dict, variables: list[str]) -> dict:
+    """Grain parameters with unit and meaning, and the interval of those that were calibrated."""
+    return {
+        name: {
+            "value": material[name],
+            "unit": unit,
+            "meaning": meaning,
+            "calibrated": name in variables,
+            **interval(optimum, name),
+        }
+        for name, (unit, meaning) in described.items()
+    }
+
+
+def predictions(optimum: dict, responses: Mapping[str, str]) -> dict:
+    """Target, prediction and its interval of each response; responses : column -> unit."""
+    return {
+        column: {"unit": unit, "target": optimum[f"target_{column}"], "predicted": optimum[column], **interval(optimum, column)}
+        for column, unit in responses.items()
+    }
+
+
+def verdicts(optimum: dict, verification: list[dict]) -> dict:
+    """Whether the optimum was confirmed and matches, and its simulations, of the rows of the verification table."""
+    return {
+        "prediction": optimum["prediction"],
+        "match": optimum["match"],
+        "missed": names(optimum["missed"]),
+        "extrapolated": names(optimum["extrapolated"]),
+        "simulations": [{key: row[key] for key in SIMULATED} for row in verification],
+    }
+
+
+def conditions(config: dict) -> dict:
+    """Fidelity, sizes, gravity, grading and laboratory tests of the simulations."""
+    tests = {name: stated for name, stated in config.items() if name.endswith("_test")}
+    engine = {"gravity_m_s2": config["engine"]["gravity_m_s2"], "grading": config["grading"]}
+    return config["fidelity"]["campaign"] | sizes(config) | engine | tests
 
 
 def adhesion(law: str, material: dict, config: dict, clump: Shape | None) -> dict:
