@@ -49,7 +49,7 @@ def alone(**settings):
 
 def box_of_grains(seed=1, n=150, **settings):
     region, sizes = dem.TubeRegion(radius_m=5 * RADIUS_M, bottom_m=0.0), dem.Sizes(mean_m=RADIUS_M)
-    made = {name: settings.pop(name) for name in ("time_s", "velocity_m_s") if name in settings}
+    made = {name: settings.pop(name) for name in ("time_s", "velocity_m_s", "velocity_sd_m_s") if name in settings}
     simulation = make([floor(), tube()], **settings)
     simulation.add_factory(dem.Factory(n_grains=n, region=region, sizes=sizes, material="soil", seed=seed, **made))
     return simulation
@@ -296,6 +296,16 @@ def test_factories_make_no_contacts():
     assert (positions[:, 2] - radii).min() > 0
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_factory_scatters_velocities_about_the_one_it_is_given(seed):
+    simulation = box_of_grains(n=600, seed=seed, velocity_m_s=(0.0, 0.1, -0.5), velocity_sd_m_s=0.2)
+    velocities = simulation.grains.velocities_m_s
+    assert velocities.mean(axis=0) == pytest.approx([0.0, 0.1, -0.5], abs=4 * 0.2 / np.sqrt(600))
+    assert velocities.std(axis=0) == pytest.approx([0.2] * 3, rel=0.15)
+    again = box_of_grains(n=600, seed=seed, velocity_m_s=(0.0, 0.1, -0.5), velocity_sd_m_s=0.2)
+    assert (velocities == again.grains.velocities_m_s).all()
+
+
 def test_a_blow_up_is_an_error_that_says_what_and_when():
     simulation = make([floor()])
     simulation.add_grains([(0, 0, 1e-3), (2e-3, 0, 1.1e-3)], RADIUS_M, "soil", velocities_m_s=[(30.0, 0, 0), (-30.0, 0, 0)])
@@ -510,6 +520,7 @@ def test_a_step_in_seconds_is_checked_against_all_pairs_that_can_meet():
         (lambda: dem.Drive(axis=2, applied_force_n=1.0, mass_kg=1.0, damping_kg_s=np.nan), "Drive.damping_kg_s is nan; allowed"),
         (lambda: box_of_grains(time_s=np.nan), "time_s of a factory is nan; allowed"),
         (lambda: box_of_grains(velocity_m_s=(0, 0, np.nan)), "velocity_m_s of a factory is (0, 0, nan); allowed"),
+        (lambda: box_of_grains(velocity_sd_m_s=-1.0), "velocity_sd_m_s of a factory is -1.0; allowed: zero or positive"),
         (lambda: dem.TubeRegion(radius_m=np.nan, bottom_m=0.0), "radius_m of a region is nan; allowed"),
         (lambda: dem.BoxRegion(low_m=(0, np.nan), high_m=(1, 1), bottom_m=0.0), "low_m of a region is (0, nan); allowed"),
         (lambda: dem.BoxRegion(low_m=(0, 0), high_m=(1, 1), bottom_m=np.nan), "bottom_m of a region is nan; allowed"),

@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from dem.experiments import density, soil_bed, wheel
 from dem.experiments.soil import Engine, Soil
 from dem.experiments.soil_bed import SoilBed
 from dem.experiments.state import State
+from dem.experiments.surface import layer_solid_fraction
 from dem.experiments.wheel import WheelShape, WheelTest
 from dem.measure.rim import TORQUE, integrated, rim_stress, steady_loads
 from dem.measure.wheel import rut, steady, steady_samples
@@ -191,6 +193,21 @@ def test_a_file_that_holds_no_bed_is_refused(bed, tmp_path):
     dem.save(bed.simulation, tmp_path / "other.npz")
     with pytest.raises(ValueError, match=r"content of .*other.npz is .*; allowed: a bed"):
         soil_bed.load_bed(tmp_path / "other.npz")
+
+
+def unevenness(seed):
+    """Standard deviation of the solid fraction of slices, 1.2 diameters thick, of a bed 15 diameters deep."""
+    setup = soil_bed.Setup(length_m=0.024, width_m=0.024, depth_m=0.030)
+    bed = soil_bed.prepare(SOIL, setup, ENGINE, seed)
+    grains, ends = bed.simulation.grains, np.linspace(0.2, 0.8, 9) * bed.level_m
+    slices = itertools.pairwise(ends)
+    return np.std([layer_solid_fraction(grains.positions_m, grains.radii_m, setup.area_m2, *ends) for ends in slices])
+
+
+def test_the_layers_in_which_grains_are_made_do_not_stay(monkeypatch):
+    stirred = np.mean([unevenness(seed) for seed in (1, 2)])
+    monkeypatch.setattr(soil_bed, "STIRRED_RATIO", 0.0)
+    assert stirred < 0.6 * np.mean([unevenness(seed) for seed in (1, 2)])
 
 
 def test_less_friction_while_it_settles_makes_the_bed_denser():
