@@ -351,6 +351,13 @@ def test_sandpaper_drives_the_soil_however_slippery_the_wheel_is(bed):
     assert len(runs[1].moments["end"]) == bed.n_particles
 
 
+def test_grains_that_cannot_roll_along_the_rim_give_it_more_traction(bed, driven):
+    slides = wheel.drive(bed, SOIL, SHAPE, dataclasses.replace(TEST, wheel_rolling_friction=1.0))
+    rolls, traction = (steady(run.history, SHAPE.radius_m) for run in (driven[0], slides))
+    assert traction.drawbar_pull_n > rolls.drawbar_pull_n + 2.0 * rolls.drawbar_pull_error_n
+    assert traction.torque_n_m > 1.1 * rolls.torque_n_m
+
+
 def test_the_grains_of_sandpaper_touch_and_end_at_radius_and_width():
     places = dataclasses.replace(SHAPE, rim="sandpaper").lining(1e-3)
     assert np.hypot(places[:, 0], places[:, 2]) == pytest.approx(0.009)
@@ -392,6 +399,7 @@ def test_a_wheel_that_is_too_heavy_for_the_bed_stops_above_the_floor(bed):
         ({"speed_m_s": -0.1}, r"speed_m_s of the wheel is -0.1; allowed: a positive number"),
         ({"mass_kg": 0.0}, r"mass_kg of the wheel is 0.0; allowed: a positive number"),
         ({"wheel_static_friction": -0.1}, r"wheel_static_friction is -0.1; allowed: zero or positive"),
+        ({"wheel_rolling_friction": -0.1}, r"wheel_rolling_friction is -0.1; allowed: zero or positive"),
     ],
 )
 def test_tests_that_make_no_sense_are_refused(change, message):

@@ -151,8 +151,11 @@ def test_one_setting_is_changed():
     assert changed_wheel(WHEEL, CHECK, "wider_bed")["bed"]["width_ratio"] == pytest.approx(1.5 * 3.4)
     assert WHEEL["bed"]["width_ratio"] == 3.4
     assert changed_wheel(WHEEL, CHECK, "wheel_friction")["wheel_static_friction"] == 1.0
+    assert changed_wheel(WHEEL, CHECK, "wheel_rolling")["wheel_rolling_friction"] == 1.0
     assert said(WHEEL, "slower", CHECK) == ("wheel.speed_m_s 0.1", "wheel.speed_m_s 0.05")
-    assert changes_of(WHEEL, CHECK | {"speed_factor": None}) == ["finer_grains", "stiffer", "wider_bed", "wheel_friction"]
+    assert changes_of(WHEEL, CHECK | {"speed_factor": None}) == [
+        *("finer_grains", "stiffer", "wider_bed", "wheel_friction", "wheel_rolling")
+    ]
 
 
 def test_a_change_that_changes_nothing_is_refused():

@@ -17,7 +17,10 @@ HEAPS = {
     "repose": {"n_particles": 120, "tube_diameter_ratio": 5.0},
     "twins": {},
 }
-NONE = dict.fromkeys(("finer_grains_factor", "speed_factor", "stiffness_factor", "width_factor", "wheel_static_friction"), None)
+NONE = dict.fromkeys(
+    ("finer_grains_factor", "speed_factor", "stiffness_factor", "width_factor", "wheel_static_friction", "wheel_rolling_friction"),
+    None,
+)
 
 
 @pytest.fixture

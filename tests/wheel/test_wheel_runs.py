@@ -90,7 +90,8 @@ def test_a_run_that_breaks_off_has_a_reason_and_one_that_is_refused_ends_the_job
 
 @pytest.mark.parametrize(("schema", "row"), [("wheel", wheel_row), ("press", press_row)])
 def test_a_run_that_broke_off_is_stored_with_its_reason(tmp_path, schema, row):
-    size = dict.fromkeys(("radius_m", "width_m", "applied_load_n", "wheel_static_friction", "diameter_m", "area_m2"), 1.0)
+    frictions = ("wheel_static_friction", "wheel_rolling_friction")
+    size = dict.fromkeys(("radius_m", "width_m", "applied_load_n", *frictions, "diameter_m", "area_m2"), 1.0)
     size |= {"depth_m": 1.0, "speed_m_s": 1.0, "asked_slip": 0.5, "held": "travel", "rim": "smooth", "wall_time_s": 0.1}
     tables = {"history": {name: [] for name in {"wheel": WHEEL_HISTORY, "press": PRESS_HISTORY}[schema]}}
     tables |= tables_of(None, None, None) if schema == "wheel" else {}

@@ -91,8 +91,15 @@ class Soil(Rich):
 
     def factory(self, n_grains: int, region: BoxRegion | TubeRegion, seed: int, velocity_sd_m_s: float = 0.0) -> Factory:
         """Factory of n grains of this soil, material "soil"."""
-        made = {"n_grains": n_grains, "region": region, "seed": seed, "velocity_sd_m_s": velocity_sd_m_s}
-        return Factory(**made, sizes=self.sizes, material="soil", shape=self.shape)
+        return Factory(
+            n_grains=n_grains,
+            region=region,
+            sizes=self.sizes,
+            material="soil",
+            seed=seed,
+            velocity_sd_m_s=velocity_sd_m_s,
+            shape=self.shape,
+        )
 
     def kinds(self, n_grains: int, seed: int) -> np.ndarray:
         """Index of the shape of each of n grains (n,), as a factory draws them; 0 unless shapes are mixed."""

@@ -135,8 +135,9 @@ class WheelTest(Rich):
     load_n: on the axle, the wheel's weight included; its inertia is load / gravity unless mass_kg is given.
     held: "travel": speed_m_s is the axle's, the rim's follows from the slip; "rim": speed_m_s is the rim's, the axle's follows from
     the slip; "free": speed_m_s is the rim's, and the axle travels as it can against drawbar_load_n (no slip is given then).
-    travel_ratio: travel in radii; of a free wheel, travel of the rim. wheel_static_friction: of grains on the wheel; they roll on
-    it as on each other, and do not stick to it.
+    travel_ratio: travel in radii; of a free wheel, travel of the rim. wheel_static_friction, wheel_rolling_friction: of grains on
+    the wheel, to which they do not stick; without the second they roll on it as on each other, and so take most of a smooth rim's
+    traction away.
     """
 
     load_n: float
@@ -146,6 +147,7 @@ class WheelTest(Rich):
     drawbar_load_n: float = 0.0
     travel_ratio: float = 2.2
     wheel_static_friction: float = 0.5
+    wheel_rolling_friction: float | None = None
     mass_kg: float | None = None
 
     def __post_init__(self):
@@ -154,8 +156,9 @@ class WheelTest(Rich):
             value = getattr(self, name)
             require(0.0 < value < math.inf, f"{name} of the wheel", value, "a positive number")
         require(self.mass_kg is None or 0.0 < self.mass_kg < math.inf, "mass_kg of the wheel", self.mass_kg, "a positive number")
-        mu = self.wheel_static_friction
-        require(0.0 <= mu < math.inf, "wheel_static_friction", mu, "zero or positive")
+        for name in ("wheel_static_friction", "wheel_rolling_friction"):
+            mu = getattr(self, name)
+            require(mu is None or 0.0 <= mu < math.inf, name, mu, "zero or positive")
         require(math.isfinite(self.drawbar_load_n), "drawbar_load_n", self.drawbar_load_n, "a finite number")
         if self.held == "free":
             require(self.slip is None, "slip of the wheel", self.slip, "none where held is 'free'")
@@ -286,7 +289,7 @@ def touching_height_m(grains: Grains, bed: SoilBed, shape: WheelShape, x_m: floa
 def start(bed: SoilBed, soil: Soil, shape: WheelShape, test: WheelTest, threads: int = 1) -> State:
     """The test at its beginning: a copy of the bed, and the wheel above it, about to be lowered."""
     warnings, simulation = check(bed, soil, shape, test), bed.copy(threads)
-    contact = soil.interaction(test.wheel_static_friction)
+    contact = soil.interaction(test.wheel_static_friction, test.wheel_rolling_friction)
     simulation.set_interaction("soil", TOOL_MATERIAL, contact)
     x, y = 0.5 * (bed.setup.length_m - test.travel_ratio * shape.radius_m), 0.5 * bed.setup.width_m
     z = touching_height_m(simulation.grains, bed, shape, x, y) + 0.01 * soil.radius_m

@@ -149,6 +149,13 @@ class Wheel:
     )
     bed: SoilBed = section(SoilBed)
     wheel_static_friction: float = setting("coefficient of static friction between grains and wheel", 0.5, minimum=0, maximum=3)
+    wheel_rolling_friction: float | None = setting(
+        "coefficient of rolling friction of grains on the wheel; null: as on each other",
+        None,
+        minimum=0,
+        maximum=3,
+        note="Spheres roll along a smooth rim, and then little of its friction acts; angular grains slide: 1.",
+    )
     shear_modulus_pa: float | None = setting(
         "shear modulus of the grains under the tools, softer than the solid's; null: the soil's own",
         2e7,
@@ -225,6 +232,7 @@ class WheelCheck:
     stiffness_factor: float | None = setting("factor on wheel.shear_modulus_pa", 2.0, above=1, maximum=1000)
     width_factor: float | None = setting("factor on wheel.bed.width_ratio", 1.5, above=1, maximum=10)
     wheel_static_friction: float | None = setting("in place of wheel.wheel_static_friction", 1.0, minimum=0, maximum=3)
+    wheel_rolling_friction: float | None = setting("in place of wheel.wheel_rolling_friction", 1.0, minimum=0, maximum=3)
     test_seeds: list[int] = setting(
         "seeds of the calibration's own tests, repeated with the wheel's grains",
         [1, 2, 3, 4, 5, 6, 7, 8],

@@ -33,9 +33,9 @@ class Change:
     own_bed: bool
     is_factor: bool = True
 
-    def value(self, wheel: dict) -> float:
-        """Value of the setting in a section `wheel`."""
-        return float(reduce(getitem, self.key, cast(Any, wheel)))
+    def value(self, wheel: dict) -> Any:
+        """Value of the setting in a section `wheel`: a number, or None."""
+        return reduce(getitem, self.key, cast(Any, wheel))
 
 
 #: Name in paths and tables -> the change, in the order of the page.
@@ -45,6 +45,9 @@ CHANGES = {
     "stiffer": Change("stiffer grains", ("shear_modulus_pa",), "stiffness_factor", True),
     "wider_bed": Change("wider bed", ("bed", "width_ratio"), "width_factor", True),
     "wheel_friction": Change("other wheel friction", ("wheel_static_friction",), "wheel_static_friction", False, False),
+    "wheel_rolling": Change(
+        "other rolling friction of the wheel", ("wheel_rolling_friction",), "wheel_rolling_friction", False, False
+    ),
 }
 
 
@@ -53,8 +56,10 @@ def without_effect(wheel: dict, check: dict) -> dict[str, str]:
     found = {}
     if check["stiffness_factor"] is not None and wheel["shear_modulus_pa"] is None:
         found["stiffer"] = "null without wheel.shear_modulus_pa"
-    if check["wheel_static_friction"] == wheel["wheel_static_friction"]:
-        found["wheel_friction"] = "another value than wheel.wheel_static_friction, or null"
+    for name in ("wheel_friction", "wheel_rolling"):
+        setting = CHANGES[name].setting
+        if check[setting] is not None and check[setting] == wheel[setting]:
+            found[name] = f"another value than wheel.{setting}, or null"
     return found
 
 
@@ -101,7 +106,7 @@ def said(wheel: dict, name: str, check: dict) -> tuple[str, str]:
     """The changed setting of a change before and after, in words."""
     key = f"wheel.{'.'.join(CHANGES[name].key)}"
     values = (CHANGES[name].value(section) for section in (wheel, changed_wheel(wheel, check, name)))
-    before, after = (f"{key} {value:.4g}" for value in values)
+    before, after = (f"{key} {'null' if value is None else f'{value:.4g}'}" for value in values)
     return before, after
 
 

@@ -84,8 +84,9 @@ def assumptions(table: pd.DataFrame) -> str:
     lined = ", on its sides alone: grains of the soil are glued to the rim" if row["rim"] == "sandpaper" else ""
     text = (
         f"Wheel of {size} under {row['applied_load_n']:.4g} N; grains of mean radius {1e3 * row['grain_radius_m']:.3g} mm with "
-        "the frictions of the calibrated ones; friction of grains on the wheel "
-        f"{row['wheel_static_friction']:g}, which nobody measured{lined}; solid fraction of the beds {low:.3f} to {high:.3f}. "
+        "the frictions of the calibrated ones; static and rolling friction of grains on the wheel "
+        f"{row['wheel_static_friction']:g} and {row['wheel_rolling_friction']:.3g}, which nobody measured{lined}; "
+        f"solid fraction of the beds {low:.3f} to {high:.3f}. "
         "Forces are those of the soil on the wheel. Each ± is the standard error of one run's means over the last 40 % of its "
         "travel: neither the scatter of beds, which their points show, nor the calibration's uncertainty, nor that of grain size "
         "and speed."

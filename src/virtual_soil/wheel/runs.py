@@ -126,11 +126,13 @@ def drive_wheel(job: dict, name: str, path: str, checkpoint: Checkpoint) -> tupl
     run, reason = recorded(lambda **more: wheel.drive(bed, soil, shape, test, **more), WHEEL_STAGES, checkpoint)
     slip = slip_named(name)
     asked = {"held": test.held, "asked_slip": math.nan if slip is None else slip, "radius_m": shape.radius_m}
+    rolling = soil.rolling_friction if test.wheel_rolling_friction is None else test.wheel_rolling_friction
     asked |= {
         "width_m": shape.width_m,
         "rim": shape.rim,
         "applied_load_n": test.load_n,
         "wheel_static_friction": float(test.wheel_static_friction),
+        "wheel_rolling_friction": float(rolling),
     }
     row = {**wheel_row(run, reason), **asked, "wall_time_s": checkpoint.spent_s}
     history = {column: [] if run is None else run.history[column] for column in WHEEL_HISTORY}

@@ -19,6 +19,11 @@ WIDTH_TOLERANCE, OUTER_RATIO = 0.02, 1.5
 BETWEEN_WARNINGS = " | "
 #: Name of the only run of a wheel that is free to travel: it has no given slip.
 FREE = "free"
+#: Keys of section `wheel` that are arguments of `dem.experiments.wheel.WheelTest`.
+TESTED = (
+    *("load_n", "mass_kg", "held", "drawbar_load_n", "speed_m_s", "travel_ratio"),
+    *("wheel_static_friction", "wheel_rolling_friction"),
+)
 
 
 @contextlib.contextmanager
@@ -66,8 +71,7 @@ def bed_settings(settings: dict) -> dict:
 
 def wheel_settings(settings: dict) -> dict:
     """The part of section `wheel` that acts on a run of the wheel on a given bed, but for the slip."""
-    tests = ("load_n", "mass_kg", "held", "drawbar_load_n", "speed_m_s", "travel_ratio", "wheel_static_friction")
-    return {name: settings[name] for name in ("shape", "mesh", *tests)}
+    return {name: settings[name] for name in ("shape", "mesh", *TESTED)}
 
 
 def shape_of(settings: dict) -> WheelShape:
@@ -96,9 +100,8 @@ def shape_of(settings: dict) -> WheelShape:
 
 def test_of(settings: dict, name: str) -> WheelTest:
     """The test of a run; name : see `run_names`."""
-    keys = ("load_n", "mass_kg", "held", "drawbar_load_n", "speed_m_s", "travel_ratio", "wheel_static_friction")
     with refused("wheel"):
-        return WheelTest(slip=slip_named(name), **{key: settings[key] for key in keys})
+        return WheelTest(slip=slip_named(name), **{key: settings[key] for key in TESTED})
 
 
 def press_test(section: dict) -> PressTest:
