@@ -56,7 +56,7 @@ def test_the_motor_gives_more_power_than_the_drawbar_takes(driven):
     run, _ = driven
     found = steady(run.history, SHAPE.radius_m)
     assert found.power_balance_w > 5.0 * found.power_balance_error_w > 0.0
-    assert 0.0 < run.dissipated_j < sum(run.work_j.values())
+    assert run.dissipated_j == pytest.approx(sum(run.work_j.values()), rel=0.1)  # but for what heaves or packs the bed
     assert run.work_j["motor"] > run.work_j["load"] > 0.0
 
 
