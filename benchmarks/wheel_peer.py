@@ -4,8 +4,8 @@
 
 Both read the same grains and the same STL file, and move the wheel in the same way, in the same number of steps: it sinks, then it
 travels at a slip at a constant depth. The bed is timed before the wheel comes, so that what a step of the wheel costs is seen too.
-Rolling friction brakes the relative rolling of two grains in both (type C, epsd2). LIGGGHTS begins without the
-history of the contacts, and so comes to rest first. Both on one thread. The last line is JSON.
+Rolling friction brakes the relative rolling of two grains in both (type C, epsd2). LIGGGHTS begins without the history of the
+contacts, and so comes to rest first. Both on one thread. The last line is JSON.
 """
 
 import json

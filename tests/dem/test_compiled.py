@@ -132,10 +132,13 @@ def test_variants_that_are_compiled_at_the_same_time_lose_nothing(cache, monkeyp
     compiled.ensure()
 
 
-def test_an_index_that_another_variant_made_longer_keeps_the_kernels(cache):
+def test_an_index_that_another_variant_made_longer_keeps_the_kernels_and_is_read_once(cache, monkeypatch):
     ensured(cache)
     (cache.folder / INDEX).write_bytes(index_of("loop.advance-1.py3.1.nbc", "loop.advance-1.py3.2.nbc"))
-    assert ensured(cache) == 0
+    read = []
+    monkeypatch.setattr(compiled, "entries_of", lambda index, found=compiled.entries_of: read.append(index) or found(index))
+    assert [ensured(cache), ensured(cache)] == [0, 0]
+    assert read == [cache.folder / INDEX]
 
 
 def test_an_index_that_lost_the_kernels_is_written_anew_and_keeps_them(cache):

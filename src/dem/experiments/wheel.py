@@ -136,8 +136,7 @@ class WheelTest(Rich):
     held: "travel": speed_m_s is the axle's, the rim's follows from the slip; "rim": speed_m_s is the rim's, the axle's follows from
     the slip; "free": speed_m_s is the rim's, and the axle travels as it can against drawbar_load_n (no slip is given then).
     travel_ratio: travel in radii; of a free wheel, travel of the rim. wheel_static_friction, wheel_rolling_friction: of grains on
-    the wheel, to which they do not stick; without the second they roll on it as on each other, and so take most of a smooth rim's
-    traction away.
+    the wheel, to which they do not stick; without the second they roll on it as on each other.
     """
 
     load_n: float

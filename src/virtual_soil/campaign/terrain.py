@@ -154,7 +154,7 @@ class Wheel:
         None,
         minimum=0,
         maximum=3,
-        note="Spheres roll along a smooth rim, and then little of its friction acts; angular grains slide: 1.",
+        note="Spheres can roll along a smooth rim, and then less than its friction acts; 1: they slide.",
     )
     shear_modulus_pa: float | None = setting(
         "shear modulus of the grains under the tools, softer than the solid's; null: the soil's own",
