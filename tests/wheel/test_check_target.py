@@ -46,7 +46,7 @@ def test_beds_are_prepared_anew_only_for_changes_of_the_bed(study):
     text = result.stdout + result.stderr
     assert result.returncode == 0, text
     jobs = planned(text)
-    expected = {"prepare_bed": 2, "drive_wheel": 2, "prepare_changed_bed": 6, "drive_changed_wheel": 10}
+    expected = {"prepare_bed": 2, "drive_wheel": 2, "prepare_changed_bed": 6, "drive_changed_wheel": 12}
     expected |= {"simulate_wheel_tests": 3, "measure_wheel_tests": 1, "check_report": 1}
     assert {name: jobs.get(name) for name in expected} == expected
     assert not {"simulate", "verify", "calibrate", "wheel_report"} & set(jobs)
