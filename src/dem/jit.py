@@ -20,16 +20,13 @@ PACKAGE = Path(__file__).parent
 
 #: No Python exceptions on division, and arithmetic may be reordered: LLVM can then vectorise the kernels. No kernel is
 #: called from C, so none is compiled a second time with C's convention.
-JIT_FLAGS: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "cache": True, "_nrt": True, "no_cfunc_wrapper": True}
+JIT_FLAGS: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "_nrt": True, "no_cfunc_wrapper": True}
 
 #: For the hottest kernels, which allocate no arrays: no reference counting.
 LEAN_FLAGS = {**JIT_FLAGS, "_nrt": False}
 
-#: For kernels that only kernels call: without the function by which Python calls them, which took a quarter of the compilation.
-INNER_FLAGS: dict[str, Any] = {**LEAN_FLAGS, "no_cpython_wrapper": True}
-
 #: For kernels with a single caller or few instructions: inlined, because passing an array takes about 10 ns per call.
-INLINE_FLAGS: dict[str, Any] = {**INNER_FLAGS, "forceinline": True}
+INLINE_FLAGS: dict[str, Any] = {**LEAN_FLAGS, "forceinline": True}
 
 #: For the hottest loops: functions of their own, whose registers hold nothing else. A flag that is not set is inherited from the
 #: caller, so what an inlined function calls is inlined too, unless it says otherwise.
@@ -71,6 +68,8 @@ from numba import __version__, config, njit, prange, set_num_threads, types  # n
 from numba.core import cgutils  # noqa: E402
 from numba.core.caching import CacheImpl, IndexDataCacheFile, UserProvidedCacheLocator  # noqa: E402
 from numba.extending import intrinsic, overload  # noqa: E402
+
+from dem.parts import PART, Kernel, twin  # noqa: E402
 
 __all__ = [
     "ABOVE_KERNELS",
@@ -131,59 +130,69 @@ def target() -> str:
     return f"{get_host_cpu_name()} {get_host_cpu_features().flatten()} {sys.version_info[:2]} {__version__}"
 
 
+def kernel(function, flags):
+    """Compile a function for calls from Python, and by itself for calls from kernels."""
+    if DISABLED:
+        return function
+    whole = Kernel(function, part(twin(function), flags), {"nopython": True} | flags)
+    whole.enable_caching()
+    return whole
+
+
+def part(function, flags):
+    """Compile a function for calls from kernels alone; calls from Python would jump to address zero and are refused."""
+    if DISABLED:
+        return function
+    made = njit(**PART | flags)(function)
+
+    def add(compiled):
+        made.overloads[tuple(compiled.signature.args)] = compiled
+
+    def refuse(*_arguments, **_named):
+        raise TypeError(f"{made.py_func.__name__} is a part of other kernels; allowed: a call from a kernel.")
+
+    made.add_overload, made._compile_for_args = add, refuse
+    return made
+
+
 def jit(function):
     """Compile a numerical kernel."""
-    return njit(**JIT_FLAGS)(function)
+    return kernel(function, JIT_FLAGS)
 
 
 def lean_jit(function):
     """Compile a numerical kernel that allocates no arrays."""
-    return njit(**LEAN_FLAGS)(function)
+    return kernel(function, LEAN_FLAGS)
 
 
 def inline_jit(function):
     """Compile a numerical kernel that allocates no arrays, inlined into each of its callers; Python cannot call it."""
-    return for_kernels(njit(**INLINE_FLAGS)(function))
+    return part(function, INLINE_FLAGS)
 
 
 def apart_jit(function):
-    """As `inline_jit`, but a function of its own even where its caller is inlined."""
-    return njit(**APART_FLAGS)(function)
+    """As `lean_jit`, but a function of its own even where its caller is inlined."""
+    return kernel(function, APART_FLAGS)
 
 
 def exact_jit(function):
     """As `apart_jit`, keeping the order of sums."""
-    return njit(**EXACT_FLAGS)(function)
+    return kernel(function, EXACT_FLAGS)
 
 
 def parallel_jit(function):
     """Compile a numerical kernel whose `prange` loops run on numba's threads."""
-    return njit(parallel=True, **JIT_FLAGS)(function)
+    return njit(cache=True, parallel=True, **JIT_FLAGS)(function)
 
 
 def strict_jit(function):
     """Compile a kernel that keeps IEEE rules for NaN and infinity."""
-    return njit(**STRICT_FLAGS)(function)
+    return kernel(function, STRICT_FLAGS)
 
 
 def strict_inline_jit(function):
     """As `strict_jit`, inlined into each of its callers; Python cannot call it."""
-    return for_kernels(njit(**STRICT_FLAGS | {"no_cpython_wrapper": True, "forceinline": True})(function))
-
-
-def for_kernels(kernel):
-    """Refuse calls from Python of a kernel that has no function for them; numba would jump to address zero."""
-    if DISABLED:
-        return kernel
-
-    def add(compiled):
-        kernel.overloads[tuple(compiled.signature.args)] = compiled
-
-    def refuse(*_arguments, **_named):
-        raise TypeError(f"{kernel.py_func.__name__} is a part of other kernels; allowed: a call from a kernel.")
-
-    kernel.add_overload, kernel._compile_for_args = add, refuse
-    return kernel
+    return part(function, STRICT_FLAGS | {"forceinline": True})
 
 
 def by_type(functions):
@@ -204,5 +213,5 @@ def by_type(functions):
     def select(selector, *arguments):
         return functions.get(getattr(selector, "instance_class", None))
 
-    overload(generic, jit_options=cast(Any, INNER_FLAGS), strict=False)(select)
+    overload(generic, jit_options=cast(Any, PART | LEAN_FLAGS), strict=False)(select)
     return generic
