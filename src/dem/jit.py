@@ -74,7 +74,10 @@ from dem.parts import PART, Kernel, twin  # noqa: E402
 __all__ = [
     "ABOVE_KERNELS",
     "DISABLED",
+    "INLINE_FLAGS",
+    "JIT_FLAGS",
     "MAX_THREADS",
+    "PART",
     "apart_jit",
     "by_type",
     "cgutils",
@@ -84,7 +87,7 @@ __all__ = [
     "intrinsic",
     "jit",
     "lean_jit",
-    "parallel_jit",
+    "overload",
     "prange",
     "set_num_threads",
     "source_hash",
@@ -178,11 +181,6 @@ def apart_jit(function):
 def exact_jit(function):
     """As `apart_jit`, keeping the order of sums."""
     return kernel(function, EXACT_FLAGS)
-
-
-def parallel_jit(function):
-    """Compile a numerical kernel whose `prange` loops run on numba's threads."""
-    return njit(cache=True, parallel=True, **JIT_FLAGS)(function)
 
 
 def strict_jit(function):

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numba
 import numpy as np
+import psutil
 import pytest
 from callers import callable_from_python
 from hypothesis import given, settings
@@ -554,6 +555,21 @@ def test_any_number_of_threads_gives_the_same_bytes():
     assert one.velocities_m_s.any()
     for name in ("positions_m", "velocities_m_s", "angular_velocities_rad_s"):
         assert getattr(one, name).tobytes() == getattr(two, name).tobytes()
+
+
+@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one processor core")
+def test_several_threads_share_the_work():
+    simulation = long_packing(threads=2)
+
+    def of_others():
+        own, *others = sorted(psutil.Process().threads())
+        return sum(thread.user_time for thread in others), own.user_time + sum(thread.user_time for thread in others)
+
+    before = of_others()
+    while of_others()[1] - before[1] < 1.0:  # the clock's ticks are 10 ms
+        simulation.advance(20)
+    others, all_of_them = np.subtract(of_others(), before)
+    assert others > 0.2 * all_of_them
 
 
 @pytest.mark.parametrize("period_x", [0.0, 0.25])

@@ -2,8 +2,7 @@
 
 A slab's grains move as soon as their loads are complete, while they are still in the cache; with many slabs several steps of a few
 slabs are made before the next ones are fetched. Results are the same bytes for any number of threads: every grain's work is done
-in the same order. Each function over all slabs exists twice, compiled for one thread and for several from the same body; its
-argument `threads` (None or not) tells the two apart in the cache.
+in the same order.
 """
 
 from typing import NamedTuple
@@ -14,13 +13,14 @@ from dem.bodies import Scene, push
 from dem.clumps.motion import move_clumps
 from dem.contact.model import Model
 from dem.contact.stage import contact_stage
-from dem.jit import apart_jit, inline_jit, jit, lean_jit, parallel_jit, prange
+from dem.jit import apart_jit, inline_jit, jit, lean_jit
 from dem.layout import BLOCK, SECOND_SPIN, State
 from dem.lists.blocks import in_block
 from dem.lists.history import save_history
 from dem.lists.pairs import prune_slab
 from dem.lists.slabs import used_slabs
 from dem.lists.storage import Lists
+from dem.loops import spread
 from dem.meshes.contacts import Near, locate_contacts, separate_all
 from dem.poses import rub, wrench
 from dem.step import gather as plain
@@ -275,34 +275,34 @@ def group_step(g, plan, run, thread):
                 move_slab(s, step, run)
 
 
-def _steps(plan, run, threads):
-    """Loads of all contacts and, if `plan.moves`, the motion of all grains, plan.n_steps times: first the even groups."""
-    for parity in range(2):
-        for k in prange((groups_of(used_slabs(run.lists.pairs.outer.slab)) + 1) // 2):
-            group_step(2 * k + parity, plan, run, k % run.scratch.buffers.shape[0])
+@inline_jit
+def every_other_group(k, task):
+    """Work on group 2 k, or on the one after; task : parity, plan, run."""
+    parity, plan, run = task
+    group_step(2 * k + parity, plan, run, k % run.scratch.buffers.shape[0])
 
 
-def _move(run, threads):
-    """Advance all grains by one step."""
-    for s in prange(used_slabs(run.lists.pairs.outer.slab)):
-        move_slab(s, 0, run)
+@inline_jit
+def move_one(s, run):
+    """Advance the grains of slab s by one step; run : in a tuple."""
+    move_slab(s, 0, run[0])
 
 
-def _prune(state, neighbours, cutoff, model, threads):
-    """Copy the pairs that may touch from the outer list into the contact blocks; False if the capacity is too small."""
-    for s in prange(used_slabs(neighbours.outer.slab)):
-        prune_slab(s, state, neighbours, cutoff, model)
-    return neighbours.contacts.count.min() >= 0
+@inline_jit
+def prune_one(s, task):
+    """Copy the pairs of slab s that may touch; task : the arguments of `prune`."""
+    state, neighbours, cutoff, model = task
+    prune_slab(s, state, neighbours, cutoff, model)
 
 
-def _save(contacts, history, threads):
-    """Write all contact history back to the outer list, and forget the contacts."""
-    for s in prange(used_slabs(contacts.begin)):
-        save_history(s, contacts, history)
+@inline_jit
+def save_one(s, task):
+    """Save the history of the contacts of slab s; task : the arguments of `save`."""
+    contacts, history = task
+    save_history(s, contacts, history)
 
 
-steps_one, move_one, prune_one, save_one = inline_jit(_steps), lean_jit(_move), jit(_prune), jit(_save)
-steps_many, move_many, prune_many, save_many = (parallel_jit(body) for body in (_steps, _move, _prune, _save))
+on_groups, on_slabs_moving, on_slabs_pruned, on_slabs_saved = map(spread, (every_other_group, move_one, prune_one, save_one))
 
 
 @lean_jit
@@ -317,11 +317,12 @@ def move_with_clumps(run, clumps):
 
 @inline_jit
 def steps(plan, run, threads):
-    """Make plan.n_steps steps; threads : None for one thread (also below)."""
-    if threads is None:
-        steps_one(plan, run, threads)
-    else:
-        steps_many(plan, run, threads)
+    """Loads of all contacts and, if `plan.moves`, the motion of all grains, plan.n_steps times: first the even groups.
+
+    threads : None for one thread (also below).
+    """
+    for parity in range(2):
+        on_groups(threads, (groups_of(used_slabs(run.lists.pairs.outer.slab)) + 1) // 2, (parity, plan, run))
 
 
 @inline_jit
@@ -336,25 +337,17 @@ def move_all(run, clumps, threads):
 @inline_jit
 def move(run, threads):
     """Advance all grains by one step."""
-    if threads is None:
-        move_one(run, threads)
-    else:
-        move_many(run, threads)
+    on_slabs_moving(threads, used_slabs(run.lists.pairs.outer.slab), (run,))
 
 
-@lean_jit
+@jit
 def prune(state, neighbours, cutoff, model, threads):
     """Copy the pairs that may touch from the outer list into the contact blocks; False if the capacity is too small."""
-    if threads is None:
-        return prune_one(state, neighbours, cutoff, model, threads)
-    else:  # noqa: RET505  # see `integrate`
-        return prune_many(state, neighbours, cutoff, model, threads)
+    on_slabs_pruned(threads, used_slabs(neighbours.outer.slab), (state, neighbours, cutoff, model))
+    return neighbours.contacts.count.min() >= 0
 
 
 @lean_jit
 def save(contacts, history, threads):
     """Write all contact history back to the outer list, and forget the contacts."""
-    if threads is None:
-        save_one(contacts, history, threads)
-    else:
-        save_many(contacts, history, threads)
+    on_slabs_saved(threads, used_slabs(contacts.begin), (contacts, history))
