@@ -16,7 +16,7 @@ TESTS = Path(__file__).parent
 
 #: Files that look at the one finished campaign.
 CAMPAIGN = ("workflow/test_campaign.py", "workflow/test_report_page.py")
-#: Files that need kernels of their own. One process compiles at a time, so side by side these files would wait for each other.
+#: Files that need kernels of their own: one worker takes them all, so that none waits for a kernel that another compiles.
 KERNELS = tuple(
     f"dem/test_{name}.py"
     for name in (

@@ -11,10 +11,13 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numba
+import numpy as np
 import pytest
+from callers import callable_from_python
 from numba.core.serialize import dumps
 
 from dem import compiled, jit
+from dem.lists import slabs
 
 INDEX = "step_0/loop.advance-1.py3.nbi"
 
@@ -187,3 +190,13 @@ def test_a_truncated_kernel_gives_the_same_simulation(tmp_path):
     (kernel, *_) = sorted(copy.glob("*/loop.*.nbc"))
     kernel.write_bytes(kernel.read_bytes()[:1000])
     assert result(copy) == sound
+
+
+def test_what_kernels_call_of_a_kernel_is_not_made_executable():
+    begin = np.minimum(4 * np.arange(slabs.SLABS + 1), 8)
+    assert callable_from_python(slabs.used_slabs)(begin) == slabs.used_slabs(begin) == 2
+    (within,), (whole,) = slabs.used_slabs.part.overloads.values(), slabs.used_slabs.overloads.values()
+    names = within.fndesc.llvm_func_name, whole.fndesc.llvm_func_name
+    assert names[0] != names[1]
+    assert within.library.get_pointer_to_function(names[0]) == 0
+    assert whole.library.get_pointer_to_function(names[1]) != 0
