@@ -31,6 +31,24 @@ def test_the_stated_errors_cover_the_truth_as_often_as_they_should():
     assert 0.90 < covered < 0.97
 
 
+@pytest.mark.parametrize("repeats", [1, 10])
+def test_strengths_that_scatter_give_back_what_they_scatter_about(repeats):
+    """Scatter of 10 % of the strength: weights by each test's own strength would give 294 Pa and 39.4 degrees, with repeats."""
+    rng = np.random.default_rng(1)
+    p = np.repeat([150.0, 300.0, 600.0, 1500.0], repeats)
+    true = 300.0 + p * np.tan(np.radians(40.0))
+    lines = [fit_line(p, true * (1 + 0.1 * rng.standard_normal(len(p)))) for _ in range(2000)]
+    slopes = [np.tan(np.radians(line.friction_angle_deg)) for line in lines]
+    for values, expected in (([line.cohesion_pa for line in lines], 300.0), (slopes, np.tan(np.radians(40.0)))):
+        assert abs(np.mean(values) - expected) < 3.0 * np.std(values) / len(lines) ** 0.5
+
+
+def test_a_line_below_zero_still_ends():
+    line = fit_line(STRESSES, np.array([-5.0, 1.0, 160.0, 480.0]))
+    assert np.isfinite([line.cohesion_pa, line.cohesion_se_pa]).all()
+    assert line.cohesion_pa < 0.0
+
+
 def strength_table(runs, strength, normal_stress):
     return reduce("strength", runs, {"strength": strength, "normal_stress": normal_stress})
 
