@@ -46,7 +46,7 @@ def answer_of(optimum: pd.Series, design: pd.DataFrame) -> str:
     found = [
         (name, *(float(optimum[f"{name}_{end}_95"]) for end in ("low", "high"))) for name in design if f"{name}_low_95" in optimum
     ]
-    return ", ".join(f"`{name}` {optimum[name]:.4g} ({low:.3g} to {high:.3g})" for name, low, high in found if low < high)
+    return ", ".join(f"`{name}` {optimum[name]:.4g} ({low:.4g} to {high:.4g})" for name, low, high in found if low < high)
 
 
 def spent(folder: Path) -> tuple[int, float]:
