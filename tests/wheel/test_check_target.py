@@ -51,7 +51,7 @@ def test_beds_are_prepared_anew_only_for_changes_of_the_bed(study):
     assert {name: jobs.get(name) for name in expected} == expected
     assert not {"simulate", "verify", "calibrate", "wheel_report"} & set(jobs)
     beds = "8 beds of 1 900 to 4 690 grains"  # the finer ones
-    assert f"check_wheel_soil (not part of `all`): {beds}, 12 runs of the wheel, 3 tests of the calibration: about " in text
+    assert f"check_wheel_soil (not part of `all`): {beds}, 14 runs of the wheel, 3 tests of the calibration: about " in text
 
 
 def test_a_bed_of_finer_grains_asks_for_more_memory(study):
