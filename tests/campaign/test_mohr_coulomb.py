@@ -43,10 +43,14 @@ def test_strengths_that_scatter_give_back_what_they_scatter_about(repeats):
         assert abs(np.mean(values) - expected) < 3.0 * np.std(values) / len(lines) ** 0.5
 
 
-def test_a_line_below_zero_still_ends():
-    line = fit_line(STRESSES, np.array([-5.0, 1.0, 160.0, 480.0]))
-    assert np.isfinite([line.cohesion_pa, line.cohesion_se_pa]).all()
-    assert line.cohesion_pa < 0.0
+def test_a_line_through_wild_strengths_settles():
+    """Its weights would swing between two lines, of 73 Pa and another, were they to follow the line all the way."""
+    p, tau = np.array([220.0, 450.0, 960.0, 2900.0]), np.array([520.0, 180.0, 290.0, 4840.0])
+    line = fit_line(p, tau)
+    expected = np.maximum(line.cohesion_pa + p * np.tan(np.radians(line.friction_angle_deg)), 0.5 * tau)
+    slope, cohesion = np.polyfit(p, tau, 1, w=1.0 / expected)
+    assert line.cohesion_pa == pytest.approx(cohesion, rel=1e-6)
+    assert np.tan(np.radians(line.friction_angle_deg)) == pytest.approx(slope, rel=1e-6)
 
 
 def strength_table(runs, strength, normal_stress):

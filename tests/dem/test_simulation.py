@@ -2,6 +2,7 @@
 
 import copy
 import re
+import threading
 from dataclasses import replace
 
 import numba
@@ -562,8 +563,8 @@ def test_several_threads_share_the_work():
     simulation = long_packing(threads=2)
 
     def of_others():
-        own, *others = sorted(psutil.Process().threads())
-        return sum(thread.user_time for thread in others), own.user_time + sum(thread.user_time for thread in others)
+        times = {thread.id: thread.user_time for thread in psutil.Process().threads()}
+        return sum(times.values()) - times[threading.get_native_id()], sum(times.values())
 
     before = of_others()
     while of_others()[1] - before[1] < 1.0:  # the clock's ticks are 10 ms

@@ -3,7 +3,7 @@
 The scatter of shear strengths is proportional to the strength, so the tests are weighted by 1/tau^2. Otherwise the highest
 stresses would dominate the intercept, i.e. the cohesion. tau is that of the line, found by iteration (McCullagh & Nelder 1989,
 Generalized Linear Models, section 8.3): by its own strength, a test that comes out low by chance would count for more than one that
-comes out high, and a line through strengths that scatter by 10 % lie 2 % too low in cohesion and 0.6 degrees in friction angle.
+comes out high, and a line through strengths that scatter by 10 % lies 2 % too low in cohesion and 0.6 degrees in friction angle.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,9 @@ from virtual_soil.campaign.experiments.common import MATERIAL_KEYS
 #: Minimum number of distinct normal stresses for a line with a standard error.
 LEAST_STRESSES = 3
 #: The weights follow the line until it changes by no more than this ratio of the largest strength, at most so many times.
-TOLERANCE, MOST_ITERATIONS = 1e-10, 200
+TOLERANCE, MOST_ITERATIONS = 1e-10, 1000
+#: From this iteration on they follow half-way: lines through strengths that scatter wildly may swing between two states.
+HALF_WAY = 20
 
 
 @dataclass(frozen=True)
@@ -78,13 +80,13 @@ def weighted_line(design: np.ndarray, tau: np.ndarray) -> tuple[float, float, np
     A line far below a strength says nothing of its scatter: at least half of the strength itself counts.
     """
     least = np.maximum(0.5 * np.abs(tau), 1e-3 * np.abs(tau).max() + 1e-300)
-    line, expected = np.zeros(2), np.abs(tau)
-    for _ in range(MOST_ITERATIONS):
-        weights = 1.0 / np.maximum(expected, least) ** 2
+    line, expected = np.zeros(2), np.maximum(np.abs(tau), least)
+    for k in range(MOST_ITERATIONS):
+        weights = 1.0 / expected**2
         before, line = line, np.linalg.solve(design.T @ (weights[:, None] * design), design.T @ (weights * tau))
-        expected = design @ line
         if np.abs(design @ (line - before)).max() <= TOLERANCE * np.abs(tau).max():
             break
+        expected *= (np.maximum(design @ line, least) / expected) ** (1.0 if k < HALF_WAY else 0.5)
     return float(line[0]), float(line[1]), weights
 
 
