@@ -255,7 +255,10 @@ def base_simulation(config: dict, rows: list[dict], experiment: str) -> dict:
     """Return the simulation at the campaign's point nearest to the base set, with the first seed and the largest load."""
     here = [row for row in rows if row["experiment"] == experiment and row["fidelity"] == "campaign"]
     designed = [row for row in here if set(DESIGNED) & set(row["purposes"].split(","))]
-    nearest = min(designed, key=lambda row: float(distance_from_base(config, row)[0]))
+    first_at: dict[str, dict] = {}
+    for row in designed:
+        first_at.setdefault(row["point_id"], row)
+    nearest = min(first_at.values(), key=lambda row: float(distance_from_base(config, row)[0]))
     same = [row for row in designed if row["point_id"] == nearest["point_id"] and row["seed"] == nearest["seed"]]
     return simulated(config, max(same, key=lambda row: max((row[load] or 0.0 for load in LOADS), default=0.0)))
 

@@ -31,9 +31,13 @@ class Grading:
     )
 
 
+#: A study's grading if it states none.
+USUAL = defaults(Grading)
+
+
 def grading_of(config: dict) -> dict:
     """The grading as part of a simulation's settings; empty for the default, so that it needs no words."""
-    return {} if config["grading"] == defaults(Grading) else {"grading": config["grading"]}
+    return {} if config["grading"] == USUAL else {"grading": config["grading"]}
 
 
 def radii_of(settings: dict) -> dict:
