@@ -26,7 +26,7 @@ $(READY): requirements.lock pyproject.toml
 
 test: setup lint  ## run lint, all tests (contact tests also without JIT) and the smoke campaign
 	NUMBA_DISABLE_JIT=1 $(BIN)/pytest --numprocesses $(CORES) tests/dem/contact
-	$(BIN)/pytest --numprocesses $(CORES)
+	$(BIN)/pytest --numprocesses $(CORES) --durations=25 --durations-min=20
 
 test-slurm: setup  ## run the smoke campaign on a local SLURM with two virtual nodes; needs Debian and root
 	tests/slurm/run.sh
