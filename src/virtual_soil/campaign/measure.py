@@ -1,6 +1,8 @@
 """Tables of measured responses from stored simulations, with the estimators of the experiments."""
 
+from collections.abc import Iterable, Sequence
 from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -9,7 +11,7 @@ from virtual_soil.calibration.response import Responses
 from virtual_soil.campaign.experiments import module_of
 from virtual_soil.campaign.experiments.common import LARGEST_OVERLAP_RATIO
 from virtual_soil.campaign.experiments.registry import BY_NAME, REDUCED
-from virtual_soil.campaign.tables import batch_results, empty_table
+from virtual_soil.campaign.tables import TableError, batch_results, empty_table
 
 #: Column of an experiment that records overlaps.
 OVERLAP = "max_overlap_ratio"
@@ -20,11 +22,14 @@ def measured_table(experiment: str, design: pd.DataFrame, runs, results, timings
 
     runs, results, timings : corresponding files of the batches; results are the tables from which the experiment measures.
     settings : the experiment's section of the configuration.
+
+    Raises TableError if the batches lack simulations of the design.
     """
     estimate = import_module(module_of(experiment, "measure")).measured
     schema = {"after": "grains", "before": "grains", "history": f"{experiment}_history"}[BY_NAME[experiment].MEASURED_FROM]
     found = batch_results(runs, f"{experiment}_run", results, schema, timings)
     rows = [estimate(run, table, settings) for run, table in found]
+    check_complete(design.loc[design["experiment"] == experiment, "simulation_id"], [row["simulation_id"] for row in rows], runs)
     if not rows:  # a round of refinement without new points
         return empty_table(experiment)
     measured = pd.DataFrame(rows)
@@ -38,6 +43,21 @@ def measured_table(experiment: str, design: pd.DataFrame, runs, results, timings
         measured_fraction = table.get(fraction, np.nan)  # simulations made before it was measured lack it
         table[column] = (table["density_kg_m3"] * measured_fraction).where(table["status"].isin(BY_NAME[experiment].SOUND))
     return table
+
+
+def check_complete(planned: Iterable[str], measured: Iterable[str], runs: Sequence) -> None:
+    """Raise TableError if planned simulations are not among the measured ones: their batches are of another design.
+
+    Snakemake repeats a batch whose simulations have changed, unless it is told to look at nothing but times (--rerun-triggers).
+    """
+    missing = sorted(set(planned) - set(measured))
+    if missing:
+        folders = sorted({str(Path(path).parent) for path in runs}) or ["any batch"]
+        where = ", ".join(folders[:3]) + (f" and {len(folders) - 3} more" if len(folders) > 3 else "")
+        raise TableError(
+            f"{len(missing)} planned simulations, {missing[0]} the first, are not in {where}: results of another design. "
+            "Delete them and run again, without --rerun-triggers."
+        )
 
 
 def reduced_table(name: str, runs: pd.DataFrame, settings: dict, by_seed: bool = False) -> pd.DataFrame:
