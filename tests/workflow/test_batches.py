@@ -274,14 +274,21 @@ def test_measured_tables_are_the_same_bytes_whatever_the_batches(tmp_path, monke
     assert table["simulation_id"].tolist() == design["simulation_id"].tolist()
     assert table.groupby("simulation_id").size().sort_values().tolist() == [1, 1, 1, 3]
     assert table["angle_of_repose_deg"].notna().sum() == 3
-    short = [files[1:] for files in kept]
-    with pytest.raises(TableError, match=f"^1 planned simulations, {ids[0]} the first, are not in .*: results of another"):
-        measured_table("repose", read_table(str(tmp_path / "design.parquet"), "design"), *short, config["repose"])
-    with pytest.raises(TableError, match="^4 planned simulations, .* are not in any batch: "):
-        measured_table("repose", read_table(str(tmp_path / "design.parquet"), "design"), [], [], [], config["repose"])
     monkeypatch.setattr(BY_NAME["repose"], "DENSITIES", {"load_kg_m2": "heap_height_m"})
     again = measured_table("repose", read_table(str(tmp_path / "design.parquet"), "design"), *kept, config["repose"])
     counts = again["status"].isin(BY_NAME["repose"].SOUND)
     assert 0 < counts.sum() < len(again)
     assert again.loc[counts, "load_kg_m2"].tolist() == (3000.0 * again.loc[counts, "heap_height_m"]).tolist()
     assert again.loc[~counts, "load_kg_m2"].isna().all()
+
+
+def test_batches_of_another_design_are_refused_by_name(tmp_path):
+    settings = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())["repose"]
+    ids = names(4)
+    design = pd.DataFrame({"experiment": "repose", "simulation_id": ids})
+    folder = run(tmp_path, "campaign", ids[1:], Stand())
+    kept = [[str(folder / file)] for file in ("run.parquet", "after.parquet", "timing.json")]
+    with pytest.raises(TableError, match=f"^{folder}: 1 of the planned simulations missing, {ids[0]} the first; "):
+        measured_table("repose", design, *kept, settings)
+    with pytest.raises(TableError, match=f"^no batch: 4 of the planned simulations missing, {min(ids)} the first"):
+        measured_table("repose", design, [], [], [], settings)

@@ -52,11 +52,11 @@ def check_complete(planned: Iterable[str], measured: Iterable[str], runs: Sequen
     """
     missing = sorted(set(planned) - set(measured))
     if missing:
-        folders = sorted({str(Path(path).parent) for path in runs}) or ["any batch"]
+        folders = sorted({str(Path(path).parent) for path in runs}) or ["no batch"]
         where = ", ".join(folders[:3]) + (f" and {len(folders) - 3} more" if len(folders) > 3 else "")
         raise TableError(
-            f"{len(missing)} planned simulations, {missing[0]} the first, are not in {where}: results of another design. "
-            "Delete them and run again, without --rerun-triggers."
+            f"{where}: {len(missing)} of the planned simulations missing, {missing[0]} the first; these are results of another "
+            "design. Delete them and run again, without --rerun-triggers."
         )
 
 
