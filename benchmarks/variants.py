@@ -3,7 +3,7 @@
     python benchmarks/variants.py
 
 One thread, the states of `engine.py`, alternating windows of all variants. The dimers have as many spheres of the same size as the
-base set, and one more. The last line is JSON.
+base set. The last line is JSON.
 """
 
 import json
@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from engine import QUICK_G, SETUP, STATES, WINDOW_STEPS, base_set, lifted, measure, prepare, window
 
-from dem import Clump, Factory, Simulation, Sizes, TubeRegion
+from dem import Clump, Factory, Simulation, TubeRegion
 from dem.experiments import angle_of_repose
 from dem.experiments.soil import Engine
 
@@ -35,13 +35,11 @@ def two_materials() -> dict[str, Simulation]:
 
 
 def dimers() -> dict[str, Simulation]:
-    """Create dimers above a single grain of the base set."""
-    simulation, shape = angle_of_repose.build(SOIL, replace(SETUP, n_particles=1), Engine(), seed=1), Clump.preset("dimer")
-    region = TubeRegion(radius_m=simulation.wall("tube").radius_m, bottom_m=simulation.top_m)
-    sizes = Sizes(mean_m=SOIL.radius_m / shape.smallest_ratio)
-    n = SETUP.n_particles // 2
-    simulation.add_factory(Factory(n_grains=n, region=region, sizes=sizes, material="soil", seed=2, shape=shape))
-    return lifted(simulation, STATES[:2])
+    """Create as many spheres of the same size as the base set has, two by two."""
+    shape = Clump.preset("dimer")
+    soil = replace(SOIL, radius_m=SOIL.radius_m / shape.smallest_ratio, shape=shape)
+    setup = replace(SETUP, n_particles=round(SETUP.n_particles / shape.n_spheres))
+    return lifted(angle_of_repose.build(soil, setup, Engine(), seed=1), STATES[:2])
 
 
 def main() -> None:

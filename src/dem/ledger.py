@@ -143,7 +143,7 @@ def note_contact(at, scene, run, note, entries):
     if not touches(normal, distance, distance, h, 0, 0.0):
         entries[NORMAL_DASHPOTS] += torn_energy(normal, h, 0)
         return
-    overlap = deformation(normal, distance, TINY)
+    overlap, root, fourth_root = deformation(normal, distance, TINY)
     nx, ny, nz = nx / d, ny / d, nz / d
     arm = d * float(c[INV_R_SUM * BLOCK])
     v = relative_velocity(grains, at.i, at.j, scene)
@@ -152,8 +152,6 @@ def note_contact(at, scene, run, note, entries):
     tx = v[0] - v_n * nx + arm * (ny * u[2] - nz * u[1])
     ty = v[1] - v_n * ny + arm * (nz * u[0] - nx * u[2])
     tz = v[2] - v_n * nz + arm * (nx * u[1] - ny * u[0])
-    root = math.sqrt(overlap)
-    fourth_root = math.sqrt(root)
     row_t = GEOMETRY + n_constants(laws.normal)
     tangential = read(laws.tangential, c, row_t * BLOCK)
     f_n = normal_force(normal, overlap, root, fourth_root, v_n)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dem.clumps.motion import rotate_block, turn_block
+from dem.clumps.records import BLOCK as ROW
 from dem.clumps.records import INV_MOMENTS, MOMENTUM, QUATERNION, ROTATION, ROWS, SPIN, rotation_of
 from dem.jit import inline_jit, lean_jit
 from dem.layout import APPROACH, FORCE, LOAD, MOTION, PLACE, QX, RADIUS, SECOND_SPIN, SEPARATION, TWIST, UX, VX
@@ -74,7 +75,7 @@ def poses_of(walls: list[Wall]) -> Poses:
         damping=np.zeros(n),
         momentum=np.zeros((n, 3)),
         size=np.array([wall.turning_radius_m for wall in walls], float),
-        work=np.zeros(ROWS * B),
+        work=np.zeros(ROWS * ROW),
     )
     for w, wall in enumerate(walls):
         turn = wall.turn
@@ -132,10 +133,10 @@ def turn_by(q, a, b, c, d):
 def set_rotation(poses, w):
     """Set the rotation of body w by its quaternion."""
     for t in range(4):
-        poses.work[(QUATERNION + t) * B] = poses.quaternion[w, t]
+        poses.work[(QUATERNION + t) * ROW] = poses.quaternion[w, t]
     rotate_block(1, poses.work)
     for t in range(9):
-        poses.rotation[w, t] = poses.work[(ROTATION + t) * B]
+        poses.rotation[w, t] = poses.work[(ROTATION + t) * ROW]
 
 
 @lean_jit
@@ -144,19 +145,19 @@ def turn_free(poses, w, dt):
     work = poses.work
     for t in range(3):
         poses.momentum[w, t] += dt * (poses.torque[w, t] + poses.applied[w, t])
-        work[(MOMENTUM + t) * B], work[(INV_MOMENTS + t) * B] = poses.momentum[w, t], 1.0 / poses.inertia[w, t]
+        work[(MOMENTUM + t) * ROW], work[(INV_MOMENTS + t) * ROW] = poses.momentum[w, t], 1.0 / poses.inertia[w, t]
     for t in range(4):
-        work[(QUATERNION + t) * B] = poses.quaternion[w, t]
+        work[(QUATERNION + t) * ROW] = poses.quaternion[w, t]
     for t in range(9):
-        work[(ROTATION + t) * B] = poses.rotation[w, t]
+        work[(ROTATION + t) * ROW] = poses.rotation[w, t]
     turn_block(1, work, dt)
     rotate_block(1, work)
     for t in range(3):
-        poses.spin[w, t] = work[(SPIN + t) * B]
+        poses.spin[w, t] = work[(SPIN + t) * ROW]
     for t in range(4):
-        poses.quaternion[w, t] = work[(QUATERNION + t) * B]
+        poses.quaternion[w, t] = work[(QUATERNION + t) * ROW]
     for t in range(9):
-        poses.rotation[w, t] = work[(ROTATION + t) * B]
+        poses.rotation[w, t] = work[(ROTATION + t) * ROW]
 
 
 @inline_jit

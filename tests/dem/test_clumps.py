@@ -13,14 +13,16 @@ from scipy.spatial.transform import Rotation
 import dem
 from dem import jit
 from dem.checkpoint import arrays_of
+from dem.clumps import members as plain
 from dem.clumps import motion, records, vectors
-from dem.layout import BLOCK, RADIUS
+from dem.clumps.records import BLOCK
+from dem.layout import RADIUS
 
 MATERIAL = dem.Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)
 FLOOR = dem.Box(name="floor", material="soil", low_m=(-1.0, -1.0, 0.0), high_m=(1.0, 1.0, 0.0))
 RADIUS_M = 1e-3
 MOMENTA = slice(records.MOMENTUM, records.MOMENTUM + 3)
-DIMER, TETRA = dem.Clump.preset("dimer"), dem.Clump.preset("tetra")
+DIMER, TETRA, TRIMER = (dem.Clump.preset(name) for name in ("dimer", "tetra", "trimer"))
 
 
 def size_of(shape):
@@ -111,7 +113,7 @@ def test_turning_keeps_quaternion_and_angular_momentum_and_agrees_with_a_fine_tw
     none = np.zeros(0, np.int64)
 
     def turned(dt, steps):
-        clumps = records.clumps_of(table, np.zeros(n, np.int64), none, np.zeros((0, 3)), 0)
+        clumps = records.clumps_of(table, np.zeros(n, np.int64), none, np.zeros((0, 4)), 0)
         for _ in range(steps):
             for block in range(len(clumps.blocks)):
                 in_block = min(BLOCK, n - BLOCK * block)
@@ -147,7 +149,7 @@ def twins(table, duration, n=400):
 
 @pytest.mark.skipif(jit.DISABLED, reason="vector code is compiled only")
 def test_vector_code_sums_and_places_as_plain_code_does():
-    simulation = poured(n=80)
+    simulation = poured(n=82, shape=dem.Mix((TETRA, DIMER, TRIMER), (1.0, 1.0, 1.0)))
     grains, clumps = simulation._state.grains, simulation._state.clumps
     rng = np.random.default_rng(5)
     loads = rng.normal(size=simulation._state.loads.shape).astype(np.float32)
@@ -156,14 +158,17 @@ def test_vector_code_sums_and_places_as_plain_code_does():
     clumps.blocks[:, records.VELOCITY * BLOCK : records.MOMENTUM * BLOCK] = rng.normal(size=three)
     clumps.blocks[:, records.SPIN * BLOCK :] = rng.normal(size=three)
     found = []
-    for module in (motion, vectors):
+    n = len(clumps.begin) - 1
+    assert n % records.FOUR
+    assert len(set(np.diff(clumps.begin))) == 3
+    for module, which in ((plain, (0, n)), (vectors, ())):
         left, members = loads.copy(), clumps.owner >= 0
-        module.sum_members(grains, left, clumps)
+        module.sum_members(grains, left, clumps, *which)
         assert not left.reshape(-1, 8)[members].any()
         assert (left.reshape(-1, 8)[~members] == loads.reshape(-1, 8)[~members]).all()
         grains.place.reshape(-1, 4)[members, :3] = 0.0
         grains.motion.reshape(-1, 8)[members] = 0.0
-        fastest = module.place_members(grains, clumps)
+        fastest = module.place_members(grains, clumps, *which)
         found.append((records.table_of(clumps), grains.place.copy(), grains.motion.copy(), fastest))
     (sums, places, speeds, fastest), (other_sums, other_places, other_speeds, other_fastest) = found
     of_step = slice(records.FORCE, records.BRAKE + 1)

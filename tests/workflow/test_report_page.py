@@ -27,7 +27,8 @@ VIEWS = ("lift", "shear", "grains", "surfaces", "iso")
 THREE_DIMENSIONAL = ("lift", "grains", "surfaces")
 #: Chromium's advice on speed to Plotly, which reads back the colours of what it draws; no fault of the page.
 KNOWN_WARNING = "Canvas2D: Multiple readback operations using getImageData"
-LONG_MS = 60_000
+#: A page was not loaded after 30 s on a machine with much else to do.
+LONG_MS = 120_000
 
 
 @pytest.fixture(scope="module")
@@ -39,42 +40,60 @@ def browser():
 
 
 @pytest.fixture(scope="module")
-def opened(browser, finished):
-    """Opens the smoke study's report; the page's `requests` and `messages` must stay empty."""
-    address = (finished / "results" / "smoke" / "report.html").as_uri()
-    contexts = []
+def address(finished):
+    """The smoke study's report."""
+    return (finished / "results" / "smoke" / "report.html").as_uri()
 
-    def open_page(viewport=DESK, **settings):
-        context = browser.new_context(viewport=viewport, **settings)
-        contexts.append(context)
-        requests, messages = [], []
 
-        def guard(route):
-            if route.request.url == address:
-                return route.continue_()
-            requests.append(route.request.url)
-            return route.abort()
+def new_context(browser, **settings):
+    context = browser.new_context(**settings)
+    context.set_default_timeout(LONG_MS)
+    return context
 
-        def listen(message):
-            if message.type in ("error", "warning") and KNOWN_WARNING not in message.text:
-                messages.append(message.text)
 
-        context.route("**/*", guard)
-        page = context.new_page()
-        page.on("console", listen)
-        page.on("pageerror", lambda error: messages.append(str(error)))
-        page.goto(address)
-        return SimpleNamespace(page=page, requests=requests, messages=messages)
+def open_page(browser, address, viewport=DESK, **settings):
+    """The page with its context; its `requests` and `messages` must stay empty."""
+    context = new_context(browser, viewport=viewport, **settings)
+    requests, messages = [], []
 
-    yield open_page
-    for context in contexts:
-        context.close()
+    def guard(route):
+        if route.request.url == address:
+            return route.continue_()
+        requests.append(route.request.url)
+        return route.abort()
+
+    def listen(message):
+        if message.type in ("error", "warning") and KNOWN_WARNING not in message.text:
+            messages.append(message.text)
+
+    context.route("**/*", guard)
+    page = context.new_page()
+    page.on("console", listen)
+    page.on("pageerror", lambda error: messages.append(str(error)))
+    page.goto(address)
+    return SimpleNamespace(context=context, page=page, requests=requests, messages=messages)
+
+
+@pytest.fixture
+def opened(browser, address):
+    """Opens the report; closed after the test, since what is drawn keeps a processor busy."""
+    reports = []
+
+    def open_one(**settings):
+        reports.append(open_page(browser, address, **settings))
+        return reports[-1]
+
+    yield open_one
+    for report in reports:
+        report.context.close()
 
 
 @pytest.fixture(scope="module")
-def desk(opened):
+def desk(browser, address):
     """The report on a desk, every view drawn."""
-    return drawn(opened())
+    report = open_page(browser, address)
+    yield drawn(report)
+    report.context.close()
 
 
 def drawn(report):
@@ -87,7 +106,7 @@ def plot(report, view):
     """The plot of a view, when it has drawn."""
     figure = report.page.locator(f"figure[data-view={view}]")
     figure.scroll_into_view_if_needed()
-    report.page.wait_for_selector(f"figure[data-drawn={view}]", timeout=LONG_MS)
+    report.page.wait_for_selector(f"figure[data-drawn={view}]")
     return figure.locator(".plot")
 
 
@@ -172,8 +191,8 @@ def test_the_lift_plays_to_its_end(desk):
     controls.get_by_role("button", name="Play").click()
     assert controls.get_by_role("button", name="Pause").count() == 1
     slider = controls.locator("input[type=range]")
-    desk.page.wait_for_function("([input]) => input.value === input.max", arg=[slider.element_handle()], timeout=LONG_MS)
-    controls.get_by_role("button", name="Play").wait_for(timeout=LONG_MS)
+    desk.page.wait_for_function("([input]) => input.value === input.max", arg=[slider.element_handle()])
+    controls.get_by_role("button", name="Play").wait_for()
 
 
 def test_grains_are_drawn_at_their_true_size(desk):
@@ -235,7 +254,7 @@ def test_axe_finds_nothing(opened, scheme):
 
 
 def test_on_a_phone_nothing_is_wider_than_the_screen(opened):
-    report = drawn(opened(PHONE, is_mobile=True, has_touch=True))
+    report = drawn(opened(viewport=PHONE, is_mobile=True, has_touch=True))
     assert report.page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
     assert not report.requests + report.messages
 
@@ -275,8 +294,8 @@ def test_without_scripts_every_figure_is_a_picture(opened):
     shows_every_figure(opened(java_script_enabled=False).page)
 
 
-def test_without_webgl_the_flat_views_draw_and_the_others_stay_pictures(browser, finished):
-    context = browser.new_context(viewport=DESK)
+def test_without_webgl_the_flat_views_draw_and_the_others_stay_pictures(browser, address):
+    context = new_context(browser, viewport=DESK)
     context.add_init_script("""
         const get = HTMLCanvasElement.prototype.getContext;
         HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
@@ -284,7 +303,7 @@ def test_without_webgl_the_flat_views_draw_and_the_others_stay_pictures(browser,
         };
     """)
     page = context.new_page()
-    page.goto((finished / "results" / "smoke" / "report.html").as_uri())
+    page.goto(address)
     report = SimpleNamespace(page=page)
     plot(report, "iso")
     for view in THREE_DIMENSIONAL:
@@ -317,7 +336,7 @@ def test_nothing_was_fetched_and_the_console_stayed_silent(desk):
 def test_snakemakes_own_report_shows_figures_and_tables_by_the_steps_of_the_method(browser, finished, tmp_path):
     packed = snakemake(finished, "--report", str(tmp_path / "packed.html"))
     assert packed.returncode == 0, packed.stderr[-3000:]
-    context = browser.new_context(viewport=DESK, offline=True)
+    context = new_context(browser, viewport=DESK, offline=True)
     page, errors = context.new_page(), []
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.goto((tmp_path / "packed.html").as_uri())
@@ -325,7 +344,7 @@ def test_snakemakes_own_report_shows_figures_and_tables_by_the_steps_of_the_meth
     for section in dict.fromkeys(section for section, _ in entries):
         page.get_by_text(section, exact=True).first.click()
         for _, title in (entry for entry in entries if entry[0] == section):
-            page.get_by_text(title, exact=True).first.wait_for(timeout=LONG_MS)
+            page.get_by_text(title, exact=True).first.wait_for()
         page.get_by_text("Results", exact=True).first.click()
     context.close()
     assert not errors

@@ -15,7 +15,8 @@ import math
 
 import numpy as np
 
-from dem.clumps import vectors
+from dem.clumps import members, vectors
+from dem.clumps.records import BLOCK as B
 from dem.clumps.records import (
     BRAKE,
     CENTRE,
@@ -31,8 +32,7 @@ from dem.clumps.records import (
 )
 from dem.contact.laws.rolling_a import braked
 from dem.jit import inline_jit, jit, lean_jit
-from dem.layout import BLOCK as B
-from dem.layout import LOAD, MOTION, PLACE, QX, QY, QZ, RADIUS, RESIST, UX, UY, UZ, VX, VY, VZ, U
+from dem.layout import MOTION, PLACE, RADIUS, UX, VX, VY, VZ
 
 #: Stands in for the square of no angular momentum.
 TINY = 1e-200
@@ -47,47 +47,20 @@ def collect_loads(vector, grains, loads, clumps):
 
 @inline_jit
 def sum_loads(vector, grains, loads, clumps):
-    """As `sum_members`; vector : see `dem.layout.Access`."""
+    """As `dem.clumps.members.sum_members`; vector : see `dem.layout.Access`."""
     if vector is None:
-        sum_members(grains, loads, clumps)
+        members.sum_members(grains, loads, clumps, 0, clumps.begin.shape[0] - 1)
     else:
         vectors.sum_members(grains, loads, clumps)
 
 
 @inline_jit
 def place_all(vector, grains, clumps):
-    """As `place_members`; vector : see `dem.layout.Access`."""
+    """As `dem.clumps.members.place_members`; vector : see `dem.layout.Access`."""
     if vector is None:
-        return place_members(grains, clumps)
+        return members.place_members(grains, clumps, 0, clumps.begin.shape[0] - 1)
     else:  # noqa: RET505  # see `dem.step.schedule.integrate`
         return vectors.place_members(grains, clumps)
-
-
-@lean_jit
-def sum_members(grains, loads, clumps):
-    """Force, torque about the centre and brake of every clump: sums of F, rho x F + r Q and r times the rolling resistance."""
-    place, begin, grain = grains.place, clumps.begin, clumps.grain
-    zero = loads.dtype.type(0.0)
-    for c in range(begin.shape[0] - 1):
-        v, q = clumps.blocks[c // B], c % B
-        cx, cy, cz = v[CENTRE * B + q], v[(CENTRE + 1) * B + q], v[(CENTRE + 2) * B + q]
-        fx, fy, fz, tx, ty, tz, brake = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for k in range(begin[c], begin[c + 1]):
-            o, a = np.uint64(grain[k] * PLACE), np.uint64(grain[k] * LOAD)
-            x, y, z, r = place[o] - cx, place[o + U[1]] - cy, place[o + U[2]] - cz, place[o + U[RADIUS]]
-            px, py, pz = float(loads[a]), float(loads[a + U[1]]), float(loads[a + U[2]])
-            fx += px
-            fy += py
-            fz += pz
-            tx += y * pz - z * py + r * loads[a + U[QX]]
-            ty += z * px - x * pz + r * loads[a + U[QY]]
-            tz += x * py - y * px + r * loads[a + U[QZ]]
-            brake += r * loads[a + U[RESIST]]
-            for t in range(LOAD):
-                loads[a + U[t]] = zero
-        v[FORCE * B + q], v[(FORCE + 1) * B + q], v[(FORCE + 2) * B + q] = fx, fy, fz
-        v[TORQUE * B + q], v[(TORQUE + 1) * B + q], v[(TORQUE + 2) * B + q] = tx, ty, tz
-        v[BRAKE * B + q] = brake
 
 
 @lean_jit
@@ -129,52 +102,48 @@ def kick_block(n, v, gravity, dt):
         v[(MOMENTUM + 2) * B + q] = keep * lz
 
 
+@inline_jit
+def turn_about(n, v, axis, second, third, time):
+    """Turn the n clumps of one block about a principal axis; second, third : the next ones, in cyclic order.
+
+    `SPIN` holds the angular momenta in the body frame. Quaternions grow: they keep their direction, `rotate_block` their norm.
+    """
+    for q in range(n):
+        l2, l3 = v[(SPIN + second) * B + q], v[(SPIN + third) * B + q]
+        t = 0.5 * time * v[(SPIN + axis) * B + q] * v[(INV_MOMENTS + axis) * B + q]  # tangent of half the angle
+        norm = 1.0 / (1.0 + t * t)
+        cos, sin = (1.0 - t * t) * norm, 2.0 * t * norm
+        v[(SPIN + second) * B + q], v[(SPIN + third) * B + q] = cos * l2 + sin * l3, cos * l3 - sin * l2
+        w, x = v[QUATERNION * B + q], v[(QUATERNION + 1 + axis) * B + q]
+        y, z = v[(QUATERNION + 1 + second) * B + q], v[(QUATERNION + 1 + third) * B + q]
+        v[QUATERNION * B + q], v[(QUATERNION + 1 + axis) * B + q] = w - x * t, x + w * t
+        v[(QUATERNION + 1 + second) * B + q], v[(QUATERNION + 1 + third) * B + q] = y + z * t, z - y * t
+
+
 @lean_jit
 def turn_block(n, v, dt):
-    """Turn the n clumps of one block; `SPIN` then holds the angular velocities in the body frame."""
+    """Turn the n clumps of one block; `SPIN` then holds the angular momenta in the body frame."""
     for q in range(n):
         lx, ly, lz = v[MOMENTUM * B + q], v[(MOMENTUM + 1) * B + q], v[(MOMENTUM + 2) * B + q]
-        l1 = v[ROTATION * B + q] * lx + v[(ROTATION + 3) * B + q] * ly + v[(ROTATION + 6) * B + q] * lz
-        l2 = v[(ROTATION + 1) * B + q] * lx + v[(ROTATION + 4) * B + q] * ly + v[(ROTATION + 7) * B + q] * lz
-        l3 = v[(ROTATION + 2) * B + q] * lx + v[(ROTATION + 5) * B + q] * ly + v[(ROTATION + 8) * B + q] * lz
-        i1, i2, i3 = v[INV_MOMENTS * B + q], v[(INV_MOMENTS + 1) * B + q], v[(INV_MOMENTS + 2) * B + q]
-        w, x = v[QUATERNION * B + q], v[(QUATERNION + 1) * B + q]
-        y, z = v[(QUATERNION + 2) * B + q], v[(QUATERNION + 3) * B + q]
-        quarter = 0.25 * dt
-        t = quarter * l3 * i3  # tangent of half the angle
-        norm = 1.0 / (1.0 + t * t)
-        cos, sin = (1.0 - t * t) * norm, 2.0 * t * norm
-        l1, l2 = cos * l1 + sin * l2, cos * l2 - sin * l1
-        w, x, y, z = w - z * t, x + y * t, y - x * t, z + w * t
-        t = quarter * l2 * i2
-        norm = 1.0 / (1.0 + t * t)
-        cos, sin = (1.0 - t * t) * norm, 2.0 * t * norm
-        l3, l1 = cos * l3 + sin * l1, cos * l1 - sin * l3
-        w, x, y, z = w - y * t, x - z * t, y + w * t, z + x * t
-        t = 2.0 * quarter * l1 * i1
-        norm = 1.0 / (1.0 + t * t)
-        cos, sin = (1.0 - t * t) * norm, 2.0 * t * norm
-        l2, l3 = cos * l2 + sin * l3, cos * l3 - sin * l2
-        w, x, y, z = w - x * t, x + w * t, y + z * t, z - y * t
-        t = quarter * l2 * i2
-        norm = 1.0 / (1.0 + t * t)
-        cos, sin = (1.0 - t * t) * norm, 2.0 * t * norm
-        l3, l1 = cos * l3 + sin * l1, cos * l1 - sin * l3
-        w, x, y, z = w - y * t, x - z * t, y + w * t, z + x * t
-        t = quarter * l3 * i3
-        norm = 1.0 / (1.0 + t * t)
-        cos, sin = (1.0 - t * t) * norm, 2.0 * t * norm
-        l1, l2 = cos * l1 + sin * l2, cos * l2 - sin * l1
-        w, x, y, z = w - z * t, x + y * t, y - x * t, z + w * t
-        shrink = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
-        v[QUATERNION * B + q], v[(QUATERNION + 1) * B + q] = shrink * w, shrink * x
-        v[(QUATERNION + 2) * B + q], v[(QUATERNION + 3) * B + q] = shrink * y, shrink * z
-        v[SPIN * B + q], v[(SPIN + 1) * B + q], v[(SPIN + 2) * B + q] = l1 * i1, l2 * i2, l3 * i3
+        v[SPIN * B + q] = v[ROTATION * B + q] * lx + v[(ROTATION + 3) * B + q] * ly + v[(ROTATION + 6) * B + q] * lz
+        v[(SPIN + 1) * B + q] = v[(ROTATION + 1) * B + q] * lx + v[(ROTATION + 4) * B + q] * ly + v[(ROTATION + 7) * B + q] * lz
+        v[(SPIN + 2) * B + q] = v[(ROTATION + 2) * B + q] * lx + v[(ROTATION + 5) * B + q] * ly + v[(ROTATION + 8) * B + q] * lz
+    turn_about(n, v, 2, 0, 1, 0.5 * dt)
+    turn_about(n, v, 1, 2, 0, 0.5 * dt)
+    turn_about(n, v, 0, 1, 2, dt)
+    turn_about(n, v, 1, 2, 0, 0.5 * dt)
+    turn_about(n, v, 2, 0, 1, 0.5 * dt)
 
 
 @lean_jit
 def rotate_block(n, v):
-    """Set the rotations of the n clumps of one block, and turn `SPIN` from the body frame to space."""
+    """Set the rotations of the n clumps of one block; `SPIN` becomes the angular velocities in space."""
+    for q in range(n):
+        w, x = v[QUATERNION * B + q], v[(QUATERNION + 1) * B + q]
+        y, z = v[(QUATERNION + 2) * B + q], v[(QUATERNION + 3) * B + q]
+        shrink = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
+        v[QUATERNION * B + q], v[(QUATERNION + 1) * B + q] = shrink * w, shrink * x
+        v[(QUATERNION + 2) * B + q], v[(QUATERNION + 3) * B + q] = shrink * y, shrink * z
     for q in range(n):
         w, x = v[QUATERNION * B + q], v[(QUATERNION + 1) * B + q]
         y, z = v[(QUATERNION + 2) * B + q], v[(QUATERNION + 3) * B + q]
@@ -184,38 +153,12 @@ def rotate_block(n, v):
         v[ROTATION * B + q], v[(ROTATION + 1) * B + q], v[(ROTATION + 2) * B + q] = r11, r12, r13
         v[(ROTATION + 3) * B + q], v[(ROTATION + 4) * B + q], v[(ROTATION + 5) * B + q] = r21, r22, r23
         v[(ROTATION + 6) * B + q], v[(ROTATION + 7) * B + q], v[(ROTATION + 8) * B + q] = r31, r32, r33
-        w1, w2, w3 = v[SPIN * B + q], v[(SPIN + 1) * B + q], v[(SPIN + 2) * B + q]
+        w1 = v[SPIN * B + q] * v[INV_MOMENTS * B + q]
+        w2 = v[(SPIN + 1) * B + q] * v[(INV_MOMENTS + 1) * B + q]
+        w3 = v[(SPIN + 2) * B + q] * v[(INV_MOMENTS + 2) * B + q]
         v[SPIN * B + q] = r11 * w1 + r12 * w2 + r13 * w3
         v[(SPIN + 1) * B + q] = r21 * w1 + r22 * w2 + r23 * w3
         v[(SPIN + 2) * B + q] = r31 * w1 + r32 * w2 + r33 * w3
-
-
-@lean_jit
-def place_members(grains, clumps):
-    """Give all members their places and velocities; returns their largest speed (m/s)."""
-    place, motion, _ = grains
-    begin, grain, arm = clumps.begin, clumps.grain, clumps.arm
-    number, fastest2 = motion.dtype.type, 0.0
-    for c in range(begin.shape[0] - 1):
-        v, q = clumps.blocks[c // B], c % B
-        cx, cy, cz = v[CENTRE * B + q], v[(CENTRE + 1) * B + q], v[(CENTRE + 2) * B + q]
-        vx, vy, vz = v[VELOCITY * B + q], v[(VELOCITY + 1) * B + q], v[(VELOCITY + 2) * B + q]
-        wx, wy, wz = v[SPIN * B + q], v[(SPIN + 1) * B + q], v[(SPIN + 2) * B + q]
-        r11, r12, r13 = v[ROTATION * B + q], v[(ROTATION + 1) * B + q], v[(ROTATION + 2) * B + q]
-        r21, r22, r23 = v[(ROTATION + 3) * B + q], v[(ROTATION + 4) * B + q], v[(ROTATION + 5) * B + q]
-        r31, r32, r33 = v[(ROTATION + 6) * B + q], v[(ROTATION + 7) * B + q], v[(ROTATION + 8) * B + q]
-        for k in range(begin[c], begin[c + 1]):
-            o, i = np.uint64(grain[k] * PLACE), np.uint64(grain[k] * MOTION)
-            a1, a2, a3, r = arm[k, 0], arm[k, 1], arm[k, 2], place[o + U[RADIUS]]
-            x = r11 * a1 + r12 * a2 + r13 * a3
-            y = r21 * a1 + r22 * a2 + r23 * a3
-            z = r31 * a1 + r32 * a2 + r33 * a3
-            place[o], place[o + U[1]], place[o + U[2]] = cx + x, cy + y, cz + z
-            x, y, z = vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x
-            motion[i], motion[i + U[VY]], motion[i + U[VZ]] = number(x), number(y), number(z)
-            motion[i + U[UX]], motion[i + U[UY]], motion[i + U[UZ]] = number(r * wx), number(r * wy), number(r * wz)
-            fastest2 = max(fastest2, x * x + y * y + z * z)
-    return math.sqrt(fastest2)
 
 
 @jit

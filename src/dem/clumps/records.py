@@ -11,7 +11,6 @@ import numpy as np
 
 from dem.clumps.mix import Shape
 from dem.html import Rich
-from dem.layout import BLOCK
 from dem.material import require
 
 #: Rows of a block of clumps. State: centre (m), quaternion that turns the body frame to space, velocity (m/s), angular momentum
@@ -27,12 +26,21 @@ ROWS = 37
 AT_REST = (0.0, 0.0, 0.0)
 
 
+#: Clumps in a block: few enough that it stays in the first-level cache while one loop after the other passes over it.
+BLOCK = 64
+#: Clumps that vector code takes at a time.
+FOUR = 4
+
+
 class Clumps(NamedTuple):
     """Clumps of a simulation, for the kernels.
 
     blocks (blocks, ROWS x BLOCK): values of clump b stand at [b // BLOCK, row * BLOCK + b % BLOCK]. begin (n + 1,): members of
-    clump b are begin[b] to begin[b + 1]; grain (m,), arm (m, 3): index of the grain, and place in the body frame in m.
+    clump b are begin[b] to begin[b + 1]; grain (m,), arm (m, 4): index of the grain; place in the body frame, and radius, in m.
     owner (grains,): clump of every grain, -1 without. others : grains without.
+    For vector code, each FOUR clumps but the few left over have lanes of one member each: those of clumps FOUR g and on are
+    lane[g] to lane[g + 1], as many as the largest of them has members, and of the others the last comes again;
+    lane_grain (lanes, FOUR), lane_arm (lanes, 4, FOUR): as grain and arm.
     """
 
     blocks: np.ndarray
@@ -41,19 +49,18 @@ class Clumps(NamedTuple):
     arm: np.ndarray
     owner: np.ndarray
     others: np.ndarray
+    lane: np.ndarray
+    lane_grain: np.ndarray
+    lane_arm: np.ndarray
 
 
 class NewClumps(NamedTuple):
-    """Clumps to be added: table (n, ROWS), kinds (n,), number of members (n,), their places in the body frame (m, 3).
-
-    size (m,) : radii of the members in m.
-    """
+    """Clumps to be added: table (n, ROWS), kinds (n,), number of members (n,), their arms as in `Clumps` (m, 4)."""
 
     table: np.ndarray
     kind: np.ndarray
     n_members: np.ndarray
     arm: np.ndarray
-    size: np.ndarray
 
     @property
     def owner(self) -> np.ndarray:
@@ -134,7 +141,21 @@ def clumps_of(table: np.ndarray, n_members: np.ndarray, grain: np.ndarray, arm: 
     owner = np.full(n_grains, -1, np.int32)
     owner[grain] = np.repeat(np.arange(n), n_members)
     begin = np.concatenate([[0], np.cumsum(n_members)]).astype(np.int64)
-    return Clumps(blocks, begin, grain.astype(np.int64), arm, owner, np.flatnonzero(owner < 0))
+    lane, entry = lanes_of(begin)
+    grain = grain.astype(np.int64)
+    lane_arm = np.ascontiguousarray(arm[entry].transpose(0, 2, 1))
+    return Clumps(blocks, begin, grain, arm, owner, np.flatnonzero(owner < 0), lane, grain[entry], lane_arm)
+
+
+def lanes_of(begin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First lane of each FOUR clumps (groups + 1,), and entries in `Clumps.grain` of the members of every lane (lanes, FOUR)."""
+    whole = (len(begin) - 1) // FOUR * FOUR
+    first, last = begin[:whole].reshape(-1, FOUR), begin[1 : whole + 1].reshape(-1, FOUR) - 1
+    n_lanes = (last - first).max(axis=1, initial=-1) + 1
+    lane = np.concatenate([[0], np.cumsum(n_lanes)]).astype(np.int64)
+    group = np.repeat(np.arange(len(n_lanes)), n_lanes)
+    turn = np.arange(len(group)) - lane[group]
+    return lane, np.minimum(first[group] + turn[:, None], last[group])
 
 
 def selected(clumps: Clumps | None, number: np.ndarray, new: NewClumps | None, n_grains: int) -> Clumps | None:
@@ -144,7 +165,7 @@ def selected(clumps: Clumps | None, number: np.ndarray, new: NewClumps | None, n
     """
     if clumps is None and new is None:
         return None
-    old = clumps or clumps_of(np.zeros((0, ROWS)), np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 3)), 0)
+    old = clumps or clumps_of(np.zeros((0, ROWS)), np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 4)), 0)
     grain, n_members, table, arm = number[old.grain], np.diff(old.begin), table_of(old), old.arm
     if new is not None:
         grain = np.concatenate([grain, np.arange(n_grains - len(new.arm), n_grains)])
@@ -178,20 +199,19 @@ def new_clumps(
     owner = np.repeat(np.arange(n), n_members)
     first = (np.cumsum(n_spheres) - n_spheres)[kinds]
     members = spheres[first[owner] + np.arange(len(owner)) - (np.cumsum(n_members) - n_members)[owner]]
-    arm, size = radii[owner, None] * members[:, :3], radii[owner] * members[:, 3]
-    return NewClumps(table, kinds, n_members, arm, size)
+    return NewClumps(table, kinds, n_members, radii[owner, None] * members)
 
 
 def members_of(new: NewClumps) -> Members:
     """Members of new clumps."""
     owner, spins = new.owner, angular_velocities(new.table)
     turns = rotation_of(new.table[:, QUATERNION : QUATERNION + 4])
-    arms = np.einsum("mij,mj->mi", turns[owner], new.arm)
+    arms = np.einsum("mij,mj->mi", turns[owner], new.arm[:, :3])
     return Members(
         positions=new.table[owner, CENTRE : CENTRE + 3] + arms,
         velocities=new.table[owner, VELOCITY : VELOCITY + 3] + np.cross(spins[owner], arms),
         spins=spins[owner],
-        radii=new.size,
+        radii=new.arm[:, 3],
     )
 
 

@@ -1,7 +1,7 @@
-"""Sum of the members' loads and their places as explicit vector code, a clump at a time; see `dem.step.vectors`.
+"""Sum of the members' loads and their places as explicit vector code, four clumps at a time; see `dem.step.vectors`.
 
-Same signatures and meaning as `sum_members` and `place_members` in `dem.clumps.motion`; tests compare the two. A member's place,
-force and torque are vectors of four float64, of which the last lane carries the radius or the rolling resistance.
+Same signatures and meaning as `dem.clumps.members`; tests compare the two. A row of a block has the values of four clumps side by
+side; of each a member is taken at a time, whose records a transpose in registers turns into such rows, or back.
 """
 
 import math
@@ -9,111 +9,127 @@ import math
 import numpy as np
 from llvmlite import ir
 
-from dem.clumps.records import BRAKE, CENTRE, FORCE, ROTATION, SPIN, TORQUE, VELOCITY
+from dem.clumps import members
+from dem.clumps.records import BLOCK, CENTRE, FORCE, FOUR, ROTATION, SPIN, VELOCITY
 from dem.jit import cgutils, intrinsic, lean_jit, types
-from dem.layout import BLOCK, LOAD, MOTION, PLACE, RADIUS
-from dem.step.vectors import FAST, INT32, INT64, Emitter, spread_scalar
+from dem.layout import LOAD, MOTION, PLACE, QX, UX
+from dem.step.vectors import DOUBLE, FAST, INT64, Emitter, largest
 
-#: Lanes of a vector for a cross product: y, z, x and z, x, y; the last lane stays.
-NEXT, AFTER_NEXT = [1, 2, 0, 3], [2, 0, 1, 3]
-NOTHING = [0.0] * PLACE
+NOTHING = [0.0] * FOUR
+#: Rows of force, torque and brake.
+SUMS = 7
 
 
 class ClumpEmitter(Emitter):
-    """With the clump's values, argument 3, at offset q, argument 4."""
+    """Of FOUR clumps side by side: argument 3 is their block, 4 the first one's place in it, 5 and 6 their first and last lane."""
 
-    def row(self, first, step=1):
-        """Vector of three rows, from `first` on, and zero."""
-        data, vector = self.array(3)[0], self.constant(NOTHING)
-        for t in range(3):
-            value = self.b.load(self.b.gep(data, [self.at(self.args[4], (first + step * t) * BLOCK)]))
-            vector = self.b.insert_element(vector, value, ir.Constant(INT32, t))
-        return vector
+    def rows(self, first, count=3):
+        """Values of the clumps in rows."""
+        return [self.load(self.array(3), self.at(self.args[4], (first + t) * BLOCK), FOUR) for t in range(count)]
 
-    def set_rows(self, first, vector, count):
-        """Put the first lanes of a vector into rows."""
-        for t in range(count):
-            pointer = self.b.gep(self.array(3)[0], [self.at(self.args[4], (first + t) * BLOCK)])
-            self.b.store(self.b.extract_element(vector, ir.Constant(INT32, t)), pointer)
+    def set_rows(self, first, values):
+        """Put values into rows."""
+        for t, row in enumerate(values):
+            self.store(self.array(3), self.at(self.args[4], (first + t) * BLOCK), row)
 
     def add_cross(self, x, y, total):
         """Return total + x cross y."""
-        total = self.fma(self.pick(x, x, NEXT), self.pick(y, y, AFTER_NEXT), total)
-        return self.fma(self.b.fneg(self.pick(x, x, AFTER_NEXT)), self.pick(y, y, NEXT), total)
+        return [self.fma(self.b.fneg(x[c]), y[b], self.fma(x[b], y[c], total[a])) for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1))]
 
     def members(self):
-        """Loop over the entries of the clump's members: arguments 5 to 6, the latter excluded."""
+        """Loop over the clumps' lanes, of a member each, the last excluded."""
         return cgutils.for_range_slice(self.b, self.args[5], self.args[6], ir.Constant(INT64, 1))
+
+    def numbers(self, lane):
+        """Grains of the members of one lane; argument 2 has all."""
+        return [self.number(self.array(2), self.start(lane, FOUR), t) for t in range(FOUR)]
 
 
 @intrinsic
-def sum_clump(typing, place, loads, grain, values, q, first, last):
-    """Sum the loads of one clump's members, and clear them."""
+def sum_clumps(typing, place, loads, grain, values, q, first, last):
+    """Sum the loads of the members of FOUR clumps, and clear them: a member that comes again has none left."""
 
     def generate(context, builder, signature, args):
         e = ClumpEmitter(context, builder, signature, args)
-        place, loads, grain, centre, none = e.array(0), e.array(1), e.array(2), e.row(CENTRE), e.constant(NOTHING)
-        force, torque = (cgutils.alloca_once_value(builder, none) for _ in range(2))
-        with e.members() as (k, _):
-            number = e.number(grain, k, 0)
-            at = e.start(number, LOAD)
-            load, where = e.load(loads, at, LOAD), e.record(place, number, PLACE)
-            e.store(loads, at, e.constant([0.0] * LOAD, loads[1]))
-            pushed, twisted = (e.widen(e.pick(load, load, lanes)) for lanes in (range(4), range(4, 8)))
-            total = e.fma(e.spread(where, RADIUS, PLACE), twisted, builder.load(torque))
-            builder.store(e.add_cross(builder.fsub(where, centre), pushed, total), torque)
-            builder.store(builder.fadd(builder.load(force), pushed), force)
-        e.set_rows(FORCE, builder.load(force), 3)
-        e.set_rows(TORQUE, builder.load(torque), BRAKE + 1 - TORQUE)
+        place, loads = e.array(0), e.array(1)
+        centre, sums = e.rows(CENTRE), [cgutils.alloca_once(builder, ir.VectorType(DOUBLE, FOUR)) for _ in range(SUMS)]
+        for total in sums:
+            builder.store(e.constant(NOTHING), total)
+        with e.members() as (lane, _):
+            numbers = e.numbers(lane)
+            starts = [e.start(number, LOAD) for number in numbers]
+            *where, radius = e.transpose_places([e.record(place, number, PLACE) for number in numbers])
+            *force, _ = map(e.widen, e.transpose_places([e.load(loads, at, LOAD // 2) for at in starts]))
+            *twist, brake = map(e.widen, e.transpose_places([e.load(loads, e.at(at, QX), LOAD // 2) for at in starts]))
+            for at in starts:
+                e.store(loads, at, e.constant([0.0] * LOAD, loads[1]))
+            arm = [builder.fsub(x, c) for x, c in zip(where, centre, strict=True)]
+            old = [builder.load(total) for total in sums]
+            torque = e.add_cross(arm, force, [e.fma(radius, t, o) for t, o in zip(twist, old[3:6], strict=True)])
+            new = [*(builder.fadd(f, o) for f, o in zip(force, old[:3], strict=True)), *torque, e.fma(radius, brake, old[6])]
+            for total, value in zip(sums, new, strict=True):
+                builder.store(value, total)
+        e.set_rows(FORCE, [builder.load(total) for total in sums])
         return context.get_dummy_value()
 
     return types.void(place, loads, grain, values, q, first, last), generate
 
 
 @intrinsic
-def place_clump(typing, place, motion, grain, values, q, first, last, arm):
-    """Place one clump's members; returns their largest squared speed."""
+def place_clumps(typing, place, motion, grain, values, q, first, last, arm):
+    """Place the members of FOUR clumps; returns their largest squared speed."""
 
     def generate(context, builder, signature, args):
         e = ClumpEmitter(context, builder, signature, args)
-        place, motion, grain, arm = e.array(0), e.array(1), e.array(2), e.array(7)
-        axes = [e.row(ROTATION + axis, step=3) for axis in range(3)]
-        centre, velocity, spin = e.row(CENTRE), e.row(VELOCITY), e.row(SPIN)
-        fastest2 = cgutils.alloca_once_value(builder, e.constant(NOTHING))
-        with e.members() as (k, _):
-            number = e.number(grain, k, 0)
-            at, offset = e.start(number, PLACE), e.b.mul(k, ir.Constant(INT64, 3))
-            old, away = e.load(place, at, PLACE), e.constant(NOTHING)
-            for t, axis in enumerate(axes):
-                length = builder.load(builder.gep(arm[0], [e.at(offset, t)]))
-                away = e.fma(axis, spread_scalar(e, length, PLACE), away)
-            e.store(place, at, e.pick(builder.fadd(centre, away), old, [0, 1, 2, 4 + RADIUS]))
+        place, motion, arm = e.array(0), e.array(1), e.array(7)
+        nothing = e.constant(NOTHING)
+        centre, velocity, spin, rotation = e.rows(CENTRE), e.rows(VELOCITY), e.rows(SPIN), e.rows(ROTATION, 9)
+        fastest2 = cgutils.alloca_once(builder, nothing.type)
+        builder.store(nothing, fastest2)
+        with e.members() as (lane, _):
+            numbers, at = e.numbers(lane), e.start(lane, PLACE * FOUR)
+            *arms, radius = (e.load(arm, e.at(at, t * FOUR), FOUR) for t in range(PLACE))
+            away = []
+            for axis in range(3):
+                part = builder.fmul(rotation[3 * axis], arms[0])
+                for t in (1, 2):
+                    part = e.fma(rotation[3 * axis + t], arms[t], part)
+                away.append(part)
+            where = [*(builder.fadd(c, x) for c, x in zip(centre, away, strict=True)), radius]
+            for number, record in zip(numbers, e.transpose_places(where), strict=True):
+                e.store(place, e.start(number, PLACE), record)
             moving = e.add_cross(spin, away, velocity)
-            turning = builder.fmul(spin, e.spread(old, RADIUS, PLACE))
-            record = e.concatenate(e.narrow(moving, motion[1]), e.narrow(turning, motion[1]))
-            e.store(motion, e.start(number, MOTION), record)
-            square = builder.fmul(moving, moving)
-            sum_ = builder.fadd(builder.fadd(square, e.pick(square, square, NEXT)), e.pick(square, square, AFTER_NEXT))
-            builder.store(e.call("maxnum", builder.load(fastest2), sum_, fast=FAST), fastest2)
-        return builder.extract_element(builder.load(fastest2), ir.Constant(INT32, 0))
+            turning = [builder.fmul(radius, w) for w in spin]
+            for offset, rows in ((0, moving), (UX, turning)):
+                records = e.transpose_places([e.narrow(row, motion[1]) for row in (*rows, nothing)])
+                for number, record in zip(numbers, records, strict=True):
+                    e.store(motion, e.at(e.start(number, MOTION), offset), record)
+            speed2 = builder.fmul(moving[0], moving[0])
+            for v in moving[1:]:
+                speed2 = e.fma(v, v, speed2)
+            builder.store(e.call("maxnum", builder.load(fastest2), speed2, fast=FAST), fastest2)
+        return largest(e, builder.load(fastest2))
 
     return types.float64(place, motion, grain, values, q, first, last, arm), generate
 
 
 @lean_jit
 def sum_members(grains, loads, clumps):
-    """As `dem.clumps.motion.sum_members`."""
-    begin = clumps.begin
-    for c in range(begin.shape[0] - 1):
-        sum_clump(grains.place, loads, clumps.grain, clumps.blocks[c // BLOCK], np.int64(c % BLOCK), begin[c], begin[c + 1])
+    """As `dem.clumps.members.sum_members`, of all clumps."""
+    begin, n = clumps.lane, clumps.begin.shape[0] - 1
+    for g in range(begin.shape[0] - 1):
+        values, q = clumps.blocks[g * FOUR // BLOCK], np.int64(g * FOUR % BLOCK)
+        sum_clumps(grains.place, loads, clumps.lane_grain, values, q, begin[g], begin[g + 1])
+    members.sum_members(grains, loads, clumps, n - n % FOUR, n)
 
 
 @lean_jit
 def place_members(grains, clumps):
-    """As `dem.clumps.motion.place_members`."""
-    begin, fastest2 = clumps.begin, 0.0
-    for c in range(begin.shape[0] - 1):
-        values, q = clumps.blocks[c // BLOCK], np.int64(c % BLOCK)
-        of_clump = place_clump(grains.place, grains.motion, clumps.grain, values, q, begin[c], begin[c + 1], clumps.arm)
-        fastest2 = max(fastest2, of_clump)
-    return math.sqrt(fastest2)
+    """As `dem.clumps.members.place_members`, of all clumps."""
+    begin, n, fastest2 = clumps.lane, clumps.begin.shape[0] - 1, 0.0
+    place, motion, _ = grains
+    for g in range(begin.shape[0] - 1):
+        values, q = clumps.blocks[g * FOUR // BLOCK], np.int64(g * FOUR % BLOCK)
+        of_four = place_clumps(place, motion, clumps.lane_grain, values, q, begin[g], begin[g + 1], clumps.lane_arm)
+        fastest2 = max(fastest2, of_four)
+    return max(math.sqrt(fastest2), members.place_members(grains, clumps, n - n % FOUR, n))

@@ -87,9 +87,7 @@ def normal_loop(n, b, c, h, laws):
         distance = scaled_gap / (one + arm2 * inv_arm)
         touching = touches(early, gap, distance, h, q, zero)
         remember(early, touching, h, q, one, zero)
-        overlap = deformation(early, distance, tiny)
-        root = math.sqrt(overlap)
-        fourth_root = math.sqrt(root)
+        overlap, root, fourth_root = deformation(early, distance, tiny)
         vx = b[APPROACH * B + q]
         vy = b[(APPROACH + 1) * B + q]
         vz = b[(APPROACH + 2) * B + q]

@@ -128,8 +128,10 @@ def remember(law, touching, h, o, one, zero):
 
 
 def deformation(law, overlap, tiny):
-    """Overlap in m of a Hertz contact with this contact's radius."""
-    return max(overlap, tiny)
+    """Overlap in m of a Hertz contact with this contact's radius, its root and its fourth root."""
+    positive = max(overlap, tiny)
+    root = math.sqrt(positive)
+    return positive, root, math.sqrt(root)
 
 
 def spring_force(law, overlap, root):

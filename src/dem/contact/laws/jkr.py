@@ -9,9 +9,9 @@ a_f = (pi w R*^2 / (8 E*))^(1/3) and the gap at tear-off delta_f = 3 a_f^2 / R*:
 
     y^4 - 4 y = 3 x,   F / F_c = (y^6 - 6 y^3) / 9,   x = delta / delta_f >= -1,   y = sqrt(a / a_f) >= 1
 
-Written as (y - 1) sqrt((y^2 + 2 y + 3) / 3) = s = sqrt(1 + x), the quartic has a simple root. Start: a rational function of s that
-has the right first two terms at either end and is within 4e-4 between; then one Newton step (error of F below 2e-8 of the larger of
-F_c and F). Grains feel nothing until they touch; contacts then hold to x = -1, wherever they are torn.
+In s = sqrt(1 + x) it is (y - 1)^2 (y^2 + 2 y + 3) = 3 s^2. Start: a rational function of s that has the right first two terms at
+either end and is within 4e-4 between; then one step of Halley's method (error of F below 1e-11 of the larger of F_c and F).
+Grains feel nothing until they touch; contacts then hold to x = -1, wherever they are torn.
 Sliding and rolling see the repulsive part 4 E* a^3 / (3 R*), as EDEM's "positive repulsive part": a contact without load slides at
 4 mu_s F_c. The tangential spring and both dashpots see the contact radius a in place of sqrt(R* delta).
 Source: Johnson, Kendall, Roberts 1971 (Proc. R. Soc. A 324, 301).
@@ -29,6 +29,9 @@ from dem.layout import BLOCK as B
 #: were fitted to the curve.
 START_A, START_B, START_C = 1.10528, 0.665548, 0.0540786
 
+#: Least u = y - 1 in the slope: closer to tear-off float32 does not tell y from 1, and the start is right.
+LEAST_U = 1e-7
+
 #: y at first touch (x = 0).
 Y_TOUCH = 4.0 ** (1.0 / 3.0)
 
@@ -39,20 +42,21 @@ LEAST_RATIO = 1e-6
 class Jkr(NamedTuple):
     """Constants of a contact.
 
-    Spring and dashpot; a_f / sqrt(R*) in m^(1/2), which gives the gap at tear-off, delta_f = 3 root_f^2; `least` as in
-    `dem.contact.laws.hertz.Hertz`. No more of them: the compiler gathers four values as a vector, and the loop is then none.
+    Spring and dashpot; fourth root of a_f^2 / R*, the deformation at tear-off, in m^(1/4): the gap there is three times as large;
+    `least` as in `dem.contact.laws.hertz.Hertz`. No more of them: the compiler gathers four values as a vector, and the loop is
+    then none.
     """
 
     k_n: float
     c_n: float
-    root_f: float
+    fourth_f: float
     least: float
 
 
 PARAMETERS = Jkr
 PROPERTIES = ("restitution", "work_of_adhesion_j_m2")
 COLUMNS = ("E_star", "w")
-CONSTANTS = ("k_n", "c_n", "root_f")
+CONSTANTS = ("k_n", "c_n", "fourth_f")
 #: 1 if the grains have touched since they were last apart (the sign is that of the pair's order).
 HISTORY = ("touched",)
 # the repulsive part is that of a Hertz contact of the same radius
@@ -98,19 +102,19 @@ def write(law, raw, p, c, o, pair):
     R_star = float(pair.R_star)
     c[o] = hertz.stiffness(E_star, R_star)
     c[o + B] = hertz.damping_constant(E_star, R_star, pair.m_star, pair.beta)
-    c[o + 2 * B] = radius_at_tear_off(E_star, float(raw[p + B]), R_star) / math.sqrt(R_star)
+    c[o + 2 * B] = math.sqrt(radius_at_tear_off(E_star, float(raw[p + B]), R_star) / math.sqrt(R_star))
 
 
 @lean_jit
-def gap_at_tear_off(root_f):
+def gap_at_tear_off(fourth_f):
     """delta_f in m."""
-    number = type(root_f)
-    return number(3.0) * root_f * root_f
+    root_f = fourth_f * fourth_f
+    return type(fourth_f)(3.0) * root_f * root_f
 
 
 def touches(law, gap, overlap, h, o, zero):
     """True if the contact acts: with an overlap, or not yet torn off."""
-    return (gap > zero) | ((h[o] != zero) & (overlap > -gap_at_tear_off(law.root_f)))
+    return (gap > zero) | ((h[o] != zero) & (overlap > -gap_at_tear_off(law.fourth_f)))
 
 
 def remember(law, touching, h, o, one, zero):
@@ -119,32 +123,34 @@ def remember(law, touching, h, o, one, zero):
 
 
 @lean_jit
-def relative_radius(x, like):
-    """Contact radius a over a_f at x = delta / delta_f, in the type of `like`."""
+def relative_root(x, like):
+    """Root y of the contact radius a over a_f at x = delta / delta_f, in the type of `like`."""
     number = type(like)
-    one, two, three = number(1.0), number(2.0), number(3.0)
+    one, two, three, six = number(1.0), number(2.0), number(3.0), number(6.0)
     s = math.sqrt(max(one + x, like))
     above = number(math.sqrt(2.0)) + s * (number(START_A) + number(math.sqrt(3.0) * START_C) * s)
     y = math.sqrt(one + s * above / (one + s * (number(START_B) + number(START_C) * s)))
-    square = (y * (y + two) + three) * number(1.0 / 3.0)
-    y -= number(1.5) * ((y - one) * square - s * math.sqrt(square)) / (y * (y + one) + one)
-    return y * y
+    u, square = y - one, y * (y + two) + three
+    residual = u * u * square - three * s * s
+    slope = number(4.0) * max(u, number(LEAST_U)) * (square - y - two)
+    return y - residual * slope / (slope * slope - six * residual * y * y)
 
 
 def deformation(law, overlap, tiny):
-    """Overlap in m of a Hertz contact with this contact's radius, a^2 / R*."""
-    root = relative_radius(overlap / gap_at_tear_off(law.root_f), tiny) * law.root_f
-    return root * root
+    """As `dem.contact.laws.hertz.deformation`: a^2 / R* and its roots, of which the fourth goes with y."""
+    fourth_root = law.fourth_f * relative_root(overlap / gap_at_tear_off(law.fourth_f), tiny)
+    root = fourth_root * fourth_root
+    return root * root, root, fourth_root
 
 
 def attracted(law, f_n, overlap, root, fourth_root):
     """Normal force in N, from its repulsive part f_n.
 
-    The attraction sqrt(8 pi w E* a^3), with a = sqrt(R* D) and D the deformation, goes with D^(3/4). At tear-off, where the root of
-    D is root_f, it is six times the repulsion k_n D^(3/2).
+    The attraction sqrt(8 pi w E* a^3), with a = sqrt(R* D) and D the deformation, goes with D^(3/4). At tear-off, where the fourth
+    root of D is fourth_f, it is six times the repulsion k_n D^(3/2).
     """
-    product = law.root_f * root
-    return f_n - type(root)(6.0) * law.k_n * product * math.sqrt(product)
+    product = law.fourth_f * fourth_root
+    return f_n - type(root)(6.0) * law.k_n * (product * product * product)
 
 
 @lean_jit
@@ -155,13 +161,13 @@ def energy_along(y):
 
 @lean_jit
 def held_energy(law, y):
-    """Energy in J at y relative to first touch; F_c = 9 k_n root_f^3."""
-    return 9.0 * law.k_n * law.root_f**3 * gap_at_tear_off(law.root_f) * (energy_along(y) - energy_along(Y_TOUCH))
+    """Energy in J at y relative to first touch; F_c = 9 k_n fourth_f^6."""
+    return 9.0 * law.k_n * float(law.fourth_f) ** 6 * gap_at_tear_off(law.fourth_f) * (energy_along(y) - energy_along(Y_TOUCH))
 
 
 def normal_energy(law, overlap, root):
     """Energy in J of the contact, zero at first touch."""
-    return held_energy(law, math.sqrt(float(root) / law.root_f))
+    return held_energy(law, math.sqrt(float(root)) / law.fourth_f)
 
 
 def torn_energy(law, h, o):
