@@ -17,8 +17,8 @@ STUDIES = ("regolith", "sand_slope", "fine_soils", "glass_beads")
 
 TEXT = """# Soils that cohere
 
-Written by `python benchmarks/soils.py` from the answers of the studies named below, each run as
-`snakemake -c2 all --configfile config/<study>.yaml`. Soil files with their sources are in `config/soils/`. "Prediction" asks
+Written by `python benchmarks/soils.py` from the answers of the studies named below
+(`snakemake -c2 all --configfile config/<study>.yaml`). Soil files with their sources are in `config/soils/`. "Prediction" asks
 whether new simulations confirm what the surrogates predicted, "target" whether the simulated soil has the measured value; both may
 say no.
 
