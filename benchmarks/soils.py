@@ -46,7 +46,10 @@ def answer_of(optimum: pd.Series, design: pd.DataFrame) -> str:
     found = [
         (name, *(float(optimum[f"{name}_{end}_95"]) for end in ("low", "high"))) for name in design if f"{name}_low_95" in optimum
     ]
-    return ", ".join(f"`{name}` {optimum[name]:.4g} ({low:.4g} to {high:.4g})" for name, low, high in found if low < high)
+    edges = {name: " at the edge of the design" for name in str(optimum["at_bound"]).split(",")}
+    return ", ".join(
+        f"`{name}` {optimum[name]:.4g}{edges.get(name, '')} ({low:.4g} to {high:.4g})" for name, low, high in found if low < high
+    )
 
 
 def spent(folder: Path) -> tuple[int, float]:
