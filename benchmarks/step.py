@@ -17,6 +17,7 @@ from dem.bodies import carry_glued, geometry_ahead, move_bodies, sum_forces
 from dem.jit import jit
 from dem.layout import BLOCK, GrainArrays, aligned_zeros
 from dem.lists import blocks, surfaces
+from dem.lists.allowance import allow_inner
 from dem.step import loop, schedule, vectors
 
 REPEATS, WINDOWS, STEPS = 300, 7, 4000
@@ -52,12 +53,12 @@ def scatter(n, loads, contacts, buffer):
 def wall(n, run, dt):
     """Contacts with surfaces and the bodies' motion n times."""
     state, scene, scratch = run.state, run.scene, run.scratch
-    workspace = scratch.buffers[0], scratch.places[0], scratch.force[0]
+    workspace = scratch.buffers[0], scratch.places[0], scratch.force[0], scratch.torque[0], scratch.near
     for _ in range(n):
         geometry_ahead(run.scene, dt, run.scratch.geometry[:1])
         schedule.surface_forces(
-            0, scratch.geometry[0], state.grains, state.loads, run.lists.surfaces.contacts, scene.surfaces, scene.bodies.velocity,
-            workspace, run.model.access, run.model.laws,
+            0, scratch.geometry[0], state.grains, state.loads, run.lists.surfaces.contacts, scene.surfaces, scene.rigid,
+            scene.bodies.velocity, workspace, run.model.access, run.model.laws,
         )  # fmt: skip
         sum_forces(run.scene, run.scratch.force, 1)
         carry_glued(run.state.grains, run.state.loads, run.scene)
@@ -72,18 +73,19 @@ def integrate(n, grains, loads, which, gravity, dt, zero):
 
 
 @jit
-def prune(n, run, cutoff):
-    """Save the springs and prune the lists n times."""
+def prune(n, run, skin):
+    """Save the springs, set the allowances and prune the lists n times."""
     for _ in range(n):
         schedule.save(run.lists.pairs.contacts, run.lists.pairs.outer.history, None)
-        schedule.prune(run.state, run.lists.pairs, cutoff, run.model, None)
+        allow_inner(run.state.grains, run.lists, run.model.step_s, skin, run.model.reach_m)
+        schedule.prune(run.state, run.lists.pairs, run.lists.within, run.model, None)
 
 
 @jit
-def rebuild(n, run, skin):
+def rebuild(n, run, limits):
     """Rebuild the outer lists n times."""
     for _ in range(n):
-        loop.rebuild(run, skin)
+        loop.rebuild(run, limits)
 
 
 def copied(values: np.ndarray, quarter: int) -> np.ndarray:
@@ -126,13 +128,13 @@ def counted_steps(simulation) -> tuple[float, float, float]:
 def profile(s) -> dict[str, float]:
     """Time of every stage in microseconds per step."""
     step_us, rebuilds, prunings = counted_steps(s)
-    fastest = float(np.linalg.norm(s.grains.velocities_m_s, axis=1).max())
-    cutoff, surface_cutoff = loop.cutoffs(fastest * s.time_step_s, 0.0, s._runner.skin)
     state, model, scratch, dt = s._state, s._runner.model, s._runner.scratch(), s.time_step_s
     pairs, at_surfaces = state.lists.pairs, state.lists.surfaces
     blocks.common_constants(state.view(), pairs.contacts, model)
-    schedule.prune(state.view(), pairs, cutoff, model, None)
-    surfaces.prune_surfaces(state.view(), state.surfaces, None, state.lists, surface_cutoff, model, None)
+    skin = s._runner.skin
+    allow_inner(state.grains, state.lists, dt, skin, model.reach_m)
+    schedule.prune(state.view(), pairs, state.lists.within, model, None)
+    surfaces.prune_surfaces(state.view(), state.surfaces, None, state.lists, loop.LEAST_BODY * skin, model, None)
     *grains, loads = (copied(values, quarter) for quarter, values in enumerate((*state.grains, state.loads)))
     grains, buffer = GrainArrays(*grains), scratch.buffers[0]
     run = schedule.Run(state.view()._replace(grains=grains, loads=loads), state.scene(), state.lists, model, scratch)
@@ -145,8 +147,9 @@ def profile(s) -> dict[str, float]:
     }
     stages["contact"] -= stages["gather"]
     n_pairs, n_wall_contacts = int(pairs.contacts.count.sum()), int(at_surfaces.contacts.count.sum())
-    stages["inner list"] = prunings * best_us(prune, run, cutoff)
-    stages["outer list"] = rebuilds * best_us(rebuild, run, s._runner.skin, repeats=REPEATS // 10)
+    stages["inner list"] = prunings * best_us(prune, run, skin)
+    limits = loop.Limits(1, skin, s._runner.largest_allowance, s._runner.speed_limit)
+    stages["outer list"] = rebuilds * best_us(rebuild, run, limits, repeats=REPEATS // 10)
     return {
         **{name: round(value, 2) for name, value in stages.items()},
         "sum": round(sum(stages.values()), 2),

@@ -31,6 +31,8 @@ PLAIN = ("exchanged_j", "time_s", "n_steps", "n_left", "n_wholes_left")
 TUPLES: dict[str, Any] = {"grains": GrainArrays, "bodies": Bodies, "surfaces": Surfaces, "glued": Glued}
 #: Arrays of an outer list with a value per entry, and per grain or slab.
 PER_ENTRY, PER_GRAIN = ("owner", "partner", "history"), ("row", "order", "slab")
+#: Arrays of the lists that are neither pairs nor surfaces.
+NOTED = ("origin", "allowance", "place", "within", "age")
 
 #: Attributes of a mesh that are stored as arrays.
 MESH_ARRAYS = ("vertices_m", "triangles")
@@ -140,7 +142,7 @@ def description_of(simulation: Simulation) -> dict:
 def arrays_of(state: SimulationState) -> dict[str, np.ndarray]:
     """Name -> array."""
     arrays = {name: getattr(state, name) for name in ("material", "ids", "wholes", "kinds", "pair_table")}
-    arrays |= {"origin": state.lists.origin, "age": state.lists.age}
+    arrays |= {f"lists.{name}": getattr(state.lists, name) for name in NOTED}
     for name in TUPLES:
         arrays |= {f"{name}.{key}": value for key, value in getattr(state, name)._asdict().items()}
     for w, wall in enumerate(state.walls):
@@ -198,7 +200,7 @@ def restore_lists(state: SimulationState, capacities: dict[str, list[int]], arra
             getattr(part.outer, key)[:] = arrays[f"{name}.{key}"]
         for key in PER_ENTRY:
             getattr(part.outer, key)[: len(arrays[f"{name}.partner"])] = arrays[f"{name}.{key}"]
-    state.lists = Lists(pairs, surfaces, arrays["origin"], arrays["age"])
+    state.lists = Lists(pairs, surfaces, *(arrays[f"lists.{name}"] for name in NOTED))
 
 
 def definition_of(wall: shapes.Wall) -> dict:

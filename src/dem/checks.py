@@ -1,5 +1,8 @@
 """Checks before grains are added and before a simulation runs, and the message after a blow-up. None changes the state."""
 
+import itertools
+import math
+
 import numpy as np
 
 from dem.layout import RADIUS
@@ -90,15 +93,33 @@ def check_images(mesh: Mesh, period: np.ndarray, cutoff: float) -> None:
     One that is longer than a period, as the wall of a drum along its axis, is right where it does not change along it.
     """
     for axis in np.flatnonzero(period):
-        turns_across = any(np.delete(direction, axis).any() for direction in mesh.axes_of_turn)
-        low, high = mesh.extent(int(axis), turns_across)
+        low, high, turns_across = extent(mesh, int(axis))
         half, name = 0.5 * period[axis], f"extent of wall {mesh.name!r} along {'xyz'[axis]}"
-        within = max(-low, high) + cutoff < half
-        spans = min(-low, high) - cutoff > half and not turns_across
         allowed = (
             f"within {half - cutoff:.4g} of its origin, or, if nothing changes along it, beyond {half + cutoff:.4g} on both sides"
         )
-        require(bool(within or spans), name, f"{low:.4g} to {high:.4g} m", allowed)
+        require(cutoff < room(low, high, half, turns_across), name, f"{low:.4g} to {high:.4g} m", allowed)
+
+
+def extent(mesh: Mesh, axis: int) -> tuple[float, float, bool]:
+    """Lowest and highest place of a mesh along an axis from its origin in m, and whether its turning changes them."""
+    turns_across = any(np.delete(direction, axis).any() for direction in mesh.axes_of_turn)
+    return *mesh.extent(axis, turns_across), turns_across
+
+
+def room(low: float, high: float, half: float, turns_across: bool) -> float:
+    """Largest cutoff in m at which no grain is near a mesh of an extent and its image, half a period being `half`."""
+    return max(half - max(-low, high), -math.inf if turns_across else min(-low, high) - half)
+
+
+def room_beside_images(walls: list[Wall], period: np.ndarray) -> float:
+    """Largest cutoff in m at which no grain is near a mesh of these walls and its image; infinite without any."""
+    meshes = [wall for wall in walls if isinstance(wall, Mesh)]
+    rooms = []
+    for mesh, axis in itertools.product(meshes, np.flatnonzero(period)):
+        low, high, turns_across = extent(mesh, int(axis))
+        rooms.append(room(low, high, 0.5 * period[axis], turns_across))
+    return min(rooms, default=math.inf)
 
 
 def check_finite(state: SimulationState) -> None:

@@ -86,8 +86,8 @@ def at_surface(runner: Runner, scene: Scene, w: int) -> tuple[np.ndarray, ...]:
     state, model, scratch = runner.state, runner.model, runner.scratch()
     lists, surfaces, rigid = state.lists, scene.surfaces, scene.rigid
     contacts, loads, n_surfaces = lists.surfaces.contacts, new_loads(state), len(surfaces.kind)
-    cutoff, has_meshes = model.reach_m, rigid is not None
-    while prune_surfaces(state.view(), surfaces, rigid, lists, cutoff, model, scratch.near) == TOO_MANY and has_meshes:
+    acting, cutoff, has_meshes = lists._replace(within=reaches(state, model.reach_m)), 0.5 * model.reach_m, rigid is not None
+    while prune_surfaces(state.view(), surfaces, rigid, acting, cutoff, model, scratch.near) == TOO_MANY and has_meshes:
         runner.n_triangles *= 2
         scratch = runner.scratch()
     count = np.zeros_like(contacts.count)
@@ -128,7 +128,7 @@ def on_glued(runner: Runner, scene: Scene, w: int) -> tuple[np.ndarray, ...]:
     carried[grains] = True
     pairs, loads = state.lists.pairs, new_loads(state)
     mine, contacts = pairs._replace(outer=touching(pairs.outer, carried)), pairs.contacts
-    schedule.prune(state.view(), mine, model.reach_m, model, scratch.threads)
+    schedule.prune(state.view(), mine, reaches(state, model.reach_m), model, scratch.threads)
     none, buffer = mine.outer.order[:0], scratch.buffers[0]
     for s in range(used_slabs(pairs.outer.slab)):
         schedule.pair_forces(s, none, state.grains, loads, contacts, buffer, model.access, model.laws)
@@ -136,6 +136,11 @@ def on_glued(runner: Runner, scene: Scene, w: int) -> tuple[np.ndarray, ...]:
     forces, twists = loads_of(loads, grains)
     arms = state.places[grains, :3] - pivot_of(state, w)
     return grains, state.places[grains, :3], forces, lever_torques(arms, forces, state.places[grains, RADIUS], twists)
+
+
+def reaches(state: SimulationState, reach_m: float) -> np.ndarray:
+    """Share of each grain (n,) in the distance in m from centre to centre up to which contacts act, `reach_m` the gap then."""
+    return state.places[:, RADIUS] + 0.5 * reach_m
 
 
 def touching(outer: Outer, chosen: np.ndarray) -> Outer:

@@ -6,7 +6,7 @@ from typing import cast
 import numpy as np
 
 from dem import ledger
-from dem.checks import SimulationError, behind_message, blow_up_message
+from dem.checks import SimulationError, behind_message, blow_up_message, room_beside_images
 from dem.contact.model import ContactModel, Model
 from dem.jit import DISABLED, set_num_threads
 from dem.layout import BLOCK, BUFFER, RADIUS, Access, Period, aligned_zeros
@@ -75,6 +75,15 @@ class Runner:
         return float(np.clip(widest, LEAST_SKIN_RATIO * radii.mean(), SKIN_RATIO * radii.mean()))
 
     @property
+    def largest_allowance(self) -> float:
+        """Largest outer allowance of a grain in m: in a periodic domain neither it nor a mesh is near two images of the other."""
+        skin, period, largest = self.skin, self.state.period, float(self.state.places[:, RADIUS].max(initial=0.0))
+        periods = period[period > 0]
+        widest = 0.5 * (0.49 * periods.min() - 2.0 * largest) if len(periods) else math.inf
+        beside = room_beside_images(self.state.walls, period)
+        return float(max(min(2.0 * skin, widest, beside - largest - self.reach_m - 0.5 * skin), 0.5 * skin))
+
+    @property
     def speed_limit(self) -> float:
         """Speed in m/s above which the state is worthless."""
         return LARGEST_STEP_RATIO * self.smallest_radius_m / self.time_step_s
@@ -124,7 +133,7 @@ class Runner:
     def prepare_grid(self) -> None:
         """Have a grid in which every triangle near a grain is found."""
         largest = float(self.state.places[:, RADIUS].max(initial=0.0))
-        self.state.prepare_grid(largest + self.skin + self.reach_m)
+        self.state.prepare_grid(largest + self.largest_allowance + 0.5 * self.skin + self.reach_m)
 
     def kernels(self, n_steps: int) -> tuple[int, int, np.ndarray]:
         """Make at most n_steps; returns the reason for the end, the number of steps made, and the mean loads of `steps`."""
@@ -133,7 +142,7 @@ class Runner:
         mean_force, mean_torque = (np.zeros((len(state.bodies.force), 3)) for _ in range(2))
         if scratch.threads:
             set_num_threads(self.threads)
-        limits = loop.Limits(n_steps, self.skin, self.speed_limit)
+        limits = loop.Limits(n_steps, self.skin, self.largest_allowance, self.speed_limit)
         outputs = loop.Outputs(mean_force, mean_torque, self.ledger())
         reason, done, _, _ = loop.advance(state.view(), state.scene(), state.lists, self.model, scratch, limits, outputs)
         if reason == loop.BEHIND:

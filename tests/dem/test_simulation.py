@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 import dem
 from dem import shapes
 from dem.layout import BLOCK, INVERSE_MASS, MOTION, PLACE, RADIUS, GrainArrays, Period
-from dem.lists import blocks, grid, history, pairs, slabs, storage, surfaces
+from dem.lists import allowance, blocks, grid, history, pairs, slabs, storage, surfaces
 from dem.step import loop, schedule
 
 MATERIAL = dem.Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)
@@ -69,7 +69,7 @@ def all_pairs(positions, radii, period, skin):
     return pairs
 
 
-def find_pairs(positions, radii, period, skin, capacity):
+def find_pairs(positions, radii, period, skin, capacity, allowances=None):
     """(number of pairs or -1, row, partner, order, slab) of the fast search."""
     n = len(radii)
     place, motion, remainder = np.zeros((n, PLACE)), np.zeros((n, MOTION)), np.zeros((n, MOTION))
@@ -79,7 +79,8 @@ def find_pairs(positions, radii, period, skin, capacity):
     order, slab = np.zeros(n, np.int64), np.zeros(slabs.SLABS + 1, np.int64)
     period, outer = np.asarray(period, float), storage.Outer(row, owner, partner, np.zeros((capacity, 3)), order, slab)
     images = Period(period, grid.frequencies(period)) if period.any() else None
-    m = pairs.find_pairs(grains, None, period, images, skin, outer)
+    allowances = np.full(n, 0.5 * skin) if allowances is None else allowances
+    m = pairs.find_pairs(grains, None, period, images, allowances, 0.0, allowances.min(), outer)
     assert m < 0 or all((owner[begin:end] == i).all() for i, (begin, end) in enumerate(row))
     return m, row, partner, order, slab
 
@@ -108,6 +109,41 @@ def test_the_cell_list_finds_exactly_the_pairs_that_all_pairs_finds(seed, n, lar
     assert len(found) == m
     assert len(found) == len(set(found))
     assert set(found) == all_pairs(positions, radii, period, skin)
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 250), width_ratios=st.tuples(*[st.sampled_from([0.0, 1.01, 1.6, 3.0])] * 3))
+def test_grains_of_large_allowances_find_their_partners_over_several_cells(seed, n, width_ratios):
+    """Fast grains have up to four times the least allowance, and any may be large."""
+    rng = np.random.default_rng(seed)
+    radii = 1e-3 * rng.choice([1.0, 1.3, 3.0], n, p=[0.8, 0.15, 0.05])
+    allowances = 2e-4 * rng.choice([1.0, 2.0, 4.0], n, p=[0.85, 0.1, 0.05])
+    period = np.array(width_ratios) * 2.0 * (2.0 * radii.max() + 2.0 * allowances.max())
+    positions = rng.uniform(-9e-3, 9e-3, (n, 3))
+    m, row, partner, _, _ = find_pairs(positions, radii, period, 0.0, n * n, allowances)
+    found = [(min(i, j), max(i, j)) for i in range(n) for j in partner[row[i, 0] : row[i, 1]].tolist()]
+    assert len(found) == m == len(set(found))
+    assert set(found) == all_pairs(positions, radii + allowances, period, 0.0)
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_lists_miss_no_contact_of_a_few_fast_grains_among_many_at_rest(periodic):
+    """The same motion as with lists that are made anew in every step, but for rounding; fast grains strike slow ones and a wall."""
+    side, spacing_m = 9, 2.1 * RADIUS_M
+    places = spacing_m * np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), -1).reshape(-1, 3) + RADIUS_M
+    runs = []
+    for chunk in (600, 1):
+        s = make([floor()], period_m=(side * spacing_m if periodic else 0.0, 0.0, 0.0))
+        velocities = np.zeros(places.shape)
+        velocities[::61] = np.random.default_rng(1).normal(0.0, 0.004 * RADIUS_M / s.time_step_s, velocities[::61].shape)
+        s.add_grains(places, RADIUS_M, "soil", velocities)
+        for _ in range(600 // chunk):
+            s.advance(chunk)
+        runs.append(s.grains)
+    moved = np.linalg.norm(runs[0].positions_m - places, axis=1)
+    assert (moved > 0.2 * RADIUS_M).sum() > 20
+    assert runs[0].positions_m == pytest.approx(runs[1].positions_m, abs=1e-4 * RADIUS_M)
+    assert runs[0].velocities_m_s == pytest.approx(runs[1].velocities_m_s, abs=1e-3 * np.abs(velocities).max())
 
 
 def test_a_pair_list_without_room_says_so():
@@ -629,9 +665,8 @@ def long_packing(threads=1, periodic=False, driven=False, n_steps=50):
     pair = size_m / 2 + [[0, 0, size_m[2]], [2.0005 * RADIUS_M, 0, size_m[2]]]
     s.add_grains(pair, RADIUS_M, "soil", [[speed_m_s, 0, 0], [-speed_m_s, 0, 0]])
     s.advance(n_steps)
-    way_m = np.linalg.norm(s.grains.velocities_m_s, axis=1).max() * s.time_step_s
-    reach_m, _ = loop.cutoffs(way_m, 0.0, s._runner.skin)
-    assert loop.steps_within(0.5 * reach_m, way_m, slabs.used_slabs(s._state.lists.pairs.outer.slab)) == schedule.STEPS_AT_ONCE
+    _, n_left = allowance.allow_inner(s._state.grains, s._state.lists, s.time_step_s, s._runner.skin, s._runner.reach_m)
+    assert loop.steps_within(n_left, 1.0, slabs.used_slabs(s._state.lists.pairs.outer.slab)) == schedule.STEPS_AT_ONCE
     return s
 
 
@@ -669,7 +704,8 @@ def advance_by_hand(s, at_once, n_steps):
     run = schedule.Run(state.view(), state.scene(), state.lists, model, s._runner.scratch())
     contacts = state.lists.pairs.contacts
     blocks.common_constants(run.state, contacts, model)
-    assert schedule.prune(run.state, state.lists.pairs, 0.1 * s._runner.skin, model, None)
+    state.lists.within[:] = state.places[:, RADIUS] + 0.05 * s._runner.skin
+    assert schedule.prune(run.state, state.lists.pairs, state.lists.within, model, None)
     assert contacts.count.sum() > 1000
     steps, move = callable_from_python(schedule.steps), callable_from_python(schedule.move)
     for _ in range(n_steps):
@@ -695,6 +731,7 @@ def test_contacts_with_walls_stand_wall_by_wall_and_keep_their_history():
     state, model = simulation._state, simulation._runner.model
     outer, _, contacts = state.lists.surfaces
     outer.history[:] = kept = np.random.default_rng(1).normal(size=outer.history.shape).astype(outer.history.dtype)
+    state.lists.within[:] = RADIUS_M
     surfaces.prune_surfaces(state.view(), state.surfaces, None, state.lists, 0.1 * RADIUS_M, model, None)
     assert contacts.count.tolist() == [side**2, 0, side**2, side]
     used = []

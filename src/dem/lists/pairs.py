@@ -18,7 +18,6 @@ from dem.lists.grid import (
     cell_size,
     cells_of,
     frequencies,
-    largest_radius,
     nearest,
     nearest_image,
     neighbour_cell,
@@ -28,13 +27,15 @@ from dem.lists.history import load_history
 from dem.lists.sizes import append_far, far_pairs
 from dem.lists.slabs import cut_slabs, used_slabs
 
+#: Cells are wider than the cutoff of common grains, so that rounding makes none of these a large one.
+WIDER = 1.0 + 1e-9
+
 
 class Search(NamedTuple):
     """Input of a search through the cell grid.
 
-    in_order (n, 5): positions, radii, tags in cell order (grains of one tag are fixed together). low, shape, start, cell, period:
-    the grid (`dem.lists.grid`).
-    is_ring: the slabs close a ring across a periodic face. images: None, or Period.
+    in_order (n, 5): positions, shares of cutoffs, tags in cell order (grains of one tag are fixed together). low, shape, start,
+    cell, period: the grid (`dem.lists.grid`). is_ring: the slabs close a ring across a periodic face. images: None, or Period.
     """
 
     in_order: np.ndarray
@@ -44,7 +45,6 @@ class Search(NamedTuple):
     start: np.ndarray
     cell: float
     period: np.ndarray
-    skin: float
     is_ring: bool
     images: Period | None
 
@@ -58,22 +58,25 @@ class Slots(NamedTuple):
 
 
 @strict_jit
-def find_pairs(grains, clumps, period, images, skin, outer):
-    """Find every pair closer than r_i + r_j + skin, once; returns their number, or -1 if the list may be too short.
+def find_pairs(grains, clumps, period, images, allowances, reach_m, least, outer):
+    """Find every pair closer than r_i + r_j + a_i + a_j + reach_m, once; returns their number, or -1 if the list may be too short.
 
     A pair belongs to the row of the grain that comes first in cell order, so only cells ahead of a grain are searched. Across a
     periodic face that closes a ring of slabs it belongs to the last slab (see `dem.lists.slabs.cut_slabs`). What large grains reach
     beyond the neighbouring cells is found by `dem.lists.sizes`.
+    allowances (n,) : a_i in m, `least` of them that of most grains, for the size of the cells.
     clumps : `dem.clumps.records.Clumps`, or None. period (3,) : 0 where not periodic; images : its `Period`, or None. Overwrites
     `outer` except its history.
     """
     row, order = outer.row, outer.order
-    cell = cell_size(grains, skin)
-    reach = cells_of(largest_radius(grains), skin, cell)
+    cell = WIDER * cell_size(grains, 2.0 * least + reach_m)
+    reach = cells_of(farthest(grains, allowances) + 0.5 * reach_m, 0.0, cell)
     low, shape, start = sort_into_cells(grains, period, cell, order)
     cut_slabs(start, shape, reach, outer.slab)
     is_ring = period[0] > 0.0 and used_slabs(outer.slab) > 1
-    search = Search(in_cell_order(grains, clumps, order), order, low, shape, start, cell, period, skin, is_ring, images)
+    search = Search(
+        in_cell_order(grains, clumps, allowances, reach_m, order), order, low, shape, start, cell, period, is_ring, images
+    )
     far = far_pairs(grains, search, outer.partner.shape[0] if reach > 1 else 0)
     m = 0
     for rank in range(order.shape[0]):
@@ -90,14 +93,23 @@ def find_pairs(grains, clumps, period, images, skin, outer):
 
 
 @strict_jit
-def in_cell_order(grains, clumps, order):
-    """Position, radius and tag of the grains in cell order, (n, 5)."""
+def farthest(grains, allowances):
+    """Largest sum of a grain's radius and its allowance in m."""
+    most = 0.0
+    for i in range(allowances.shape[0]):
+        most = max(most, grains.place[PLACE * i + RADIUS] + allowances[i])
+    return most
+
+
+@strict_jit
+def in_cell_order(grains, clumps, allowances, reach_m, order):
+    """Position, share r + a + reach_m / 2 of the cutoff and tag of the grains in cell order, (n, 5)."""
     in_order = np.empty((order.shape[0], 5))
     for k in range(order.shape[0]):
         o = PLACE * order[k]
         for a in range(3):
             in_order[k, a] = grains.place[o + a]
-        in_order[k, 3] = grains.place[o + RADIUS]
+        in_order[k, 3] = grains.place[o + RADIUS] + allowances[order[k]] + 0.5 * reach_m
         in_order[k, 4] = tag(order[k], grains, clumps)
     return in_order
 
@@ -161,12 +173,12 @@ def scan(rank, first, last, search, images, partner, m):
 
     Pairs that are fixed together are left out. Every grain is written and kept by advancing m: no branch to mispredict.
     """
-    in_order, order, skin = search.in_order, search.order, search.skin
+    in_order, order = search.in_order, search.order
     for k in range(first, last):
         x = nearest(in_order[rank, 0] - in_order[k, 0], 0, images)
         y = nearest(in_order[rank, 1] - in_order[k, 1], 1, images)
         z = nearest(in_order[rank, 2] - in_order[k, 2], 2, images)
-        cutoff = in_order[rank, 3] + in_order[k, 3] + skin
+        cutoff = in_order[rank, 3] + in_order[k, 3]
         near = x * x + y * y + z * z < cutoff * cutoff
         partner[m] = order[k]
         m += int(near & (in_order[rank, 4] != in_order[k, 4]))
@@ -191,15 +203,15 @@ def deepest_overlap(grains, period, row, partner):
 
 
 @jit
-def prune_slab(s, state, neighbours, cutoff, model):
-    """Copy every outer pair of slab s closer than r_i + r_j + cutoff into its contact blocks.
+def prune_slab(s, state, neighbours, within, model):
+    """Copy every outer pair of slab s closer than within[i] + within[j] into its contact blocks.
 
     Sets the slab's count, to -1 if the capacity is too small.
     """
     outer, contacts = neighbours.outer, neighbours.contacts
     begin, end = contacts.begin[s], contacts.begin[s + 1]
     slots = Slots(contacts.first[begin:end], contacts.second[begin:end], contacts.slot[begin:end])
-    m = near_pairs(s, state.grains, outer, cutoff, model.access.images, slots)
+    m = near_pairs(s, state.grains, outer, within, model.access.images, slots)
     contacts.count[s] = m
     for k0 in range(0, m - BLOCK + 1, BLOCK):
         interleave(slots.first[k0 : k0 + BLOCK])
@@ -236,8 +248,8 @@ def entries_of(s, outer):
 
 
 @lean_jit
-def near_pairs(s, grains, outer, cutoff, images, slots):
-    """List (i, j, entry) of every outer pair of slab s closer than r_i + r_j + cutoff; returns their number, -1 if too many.
+def near_pairs(s, grains, outer, within, images, slots):
+    """List (i, j, entry) of every outer pair of slab s closer than within[i] + within[j]; returns their number, -1 if too many.
 
     Every pair is written and kept by advancing m: no branch to mispredict, nor a short loop over each grain's row.
     """
@@ -252,7 +264,7 @@ def near_pairs(s, grains, outer, cutoff, images, slots):
         x = nearest(place[o] - place[p], 0, images)
         y = nearest(place[o + U[Y]] - place[p + U[Y]], 1, images)
         z = nearest(place[o + U[Z]] - place[p + U[Z]], 2, images)
-        near = place[o + U[RADIUS]] + place[p + U[RADIUS]] + cutoff
+        near = within[i] + within[j]
         first[m] = i
         second[m] = j
         slot[m] = k

@@ -6,12 +6,16 @@ first in cell order. So a few large grains cost what they touch, and not a searc
 Hierarchical grids: Ogarko & Luding 2012, Computer Physics Communications 183, 931; here all sizes share one grid.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from dem.jit import lean_jit, strict_jit
 from dem.lists.grid import cell_index, cells_of, nearest
+
+#: Places within cells are known to this share of a cutoff.
+TINY = 1e-9
 
 
 class Far(NamedTuple):
@@ -30,34 +34,73 @@ def far_pairs(grains, search, capacity):
     finder, found = np.empty(capacity + 1, np.int32), np.empty(capacity + 1, np.int32)
     reach, layer = np.empty(n, np.int32), np.empty(n, np.int32)
     for rank in range(n):
-        reach[rank] = cells_of(search.in_order[rank, 3], search.skin, search.cell)
+        reach[rank] = cells_of(search.in_order[rank, 3], 0.0, search.cell)
         layer[rank] = cell_index(grains, search.order[rank], 0, search.low, search.shape, search.period, search.cell)
+    widest = widest_in_cells(search)
+    largest = widest.max()
     m = 0
     for rank in range(n):
         if reach[rank] > 1:
-            begin, m = m, far_partners(rank, grains, search, reach, found, m)
+            begin, m = m, far_partners(rank, grains, search, reach, widest, largest, found, m)
             finder[begin:m] = rank
     return sorted_by_owner(search, layer, finder[:m], found[:m])
 
 
 @strict_jit
-def far_partners(rank, grains, search, reach, found, m):
+def widest_in_cells(search):
+    """Largest cutoff of the grains in each cell in m; 0 in an empty one."""
+    widest = np.zeros(search.start.shape[0] - 1)
+    for c in range(widest.shape[0]):
+        for k in range(search.start[c], search.start[c + 1]):
+            widest[c] = max(widest[c], search.in_order[k, 3])
+    return widest
+
+
+@lean_jit
+def gap(rank, axis, centre, offset, search):
+    """Least distance in m along an axis from the grain of one rank, in cell `centre`, to the cell at an offset."""
+    length, count = search.period[axis], search.shape[axis]
+    width = length / count if length > 0.0 else search.cell
+    inside = search.in_order[rank, axis] - search.low[axis] - centre * width
+    if length > 0.0:
+        inside -= length * math.floor((inside + 0.5 * (length - width)) / length)
+        beyond = min(one_way(inside, offset - count, width), one_way(inside, offset + count, width))
+        return min(one_way(inside, offset, width), beyond)
+    return one_way(inside, offset, width)
+
+
+@lean_jit
+def one_way(inside, offset, width):
+    """Distance in m from a place inside a cell to the cell at an offset."""
+    return max(offset * width - inside, max(inside - (offset + 1) * width, 0.0))
+
+
+@strict_jit
+def far_partners(rank, grains, search, reach, widest, largest, found, m):
     """Write to `found`, from m on, the ranks of the far partners that the grain of one rank finds; returns the new length."""
+    own = search.in_order[rank, 3] * (1.0 + TINY)
+    most = (own + largest) ** 2
     i, shape, period, k = search.order[rank], search.shape, search.period, reach[rank]
     centre_x = cell_index(grains, i, 0, search.low, shape, period, search.cell)
     centre_y = cell_index(grains, i, 1, search.low, shape, period, search.cell)
     centre_z = cell_index(grains, i, 2, search.low, shape, period, search.cell)
     for dx in range(-k, k + 1):
         cx = cell_at(centre_x, dx, shape[0], period[0])
+        along = gap(rank, 0, centre_x, dx, search) ** 2
+        if cx < 0 or along >= most:
+            continue
         for dy in range(-k, k + 1):
             cy = cell_at(centre_y, dy, shape[1], period[1])
-            if cx < 0 or cy < 0:
+            across = along + gap(rank, 1, centre_y, dy, search) ** 2
+            if cy < 0 or across >= most:
                 continue
             column = (cx * shape[1] + cy) * shape[2]
             near = abs(dx) <= 1 and abs(dy) <= 1
             for dz in range(-k, k + 1):
                 cz = cell_at(centre_z, dz, shape[2], period[2])
-                if cz >= 0 and not (near and abs(dz) <= 1):
+                if cz < 0 or (near and abs(dz) <= 1):
+                    continue
+                if across + gap(rank, 2, centre_z, dz, search) ** 2 < (own + widest[column + cz]) ** 2:
                     m = scan_far(rank, search.start[column + cz], search.start[column + cz + 1], search, reach, found, m)
     return m
 
@@ -74,12 +117,12 @@ def cell_at(centre, offset, count, length):
 @lean_jit
 def scan_far(rank, first, last, search, reach, found, m):
     """Write the partners of one grain among the ranks from first to last; returns the new length, at most that of `found`."""
-    in_order, skin, images = search.in_order, search.skin, search.images
+    in_order, images = search.in_order, search.images
     for k in range(first, last):
         x = nearest(in_order[rank, 0] - in_order[k, 0], 0, images)
         y = nearest(in_order[rank, 1] - in_order[k, 1], 1, images)
         z = nearest(in_order[rank, 2] - in_order[k, 2], 2, images)
-        cutoff = in_order[rank, 3] + in_order[k, 3] + skin
+        cutoff = in_order[rank, 3] + in_order[k, 3]
         near = x * x + y * y + z * z < cutoff * cutoff
         mine = (reach[k] < reach[rank]) | ((reach[k] == reach[rank]) & (k > rank))
         if near & mine & (in_order[rank, 4] != in_order[k, 4]) & (m < found.shape[0]):

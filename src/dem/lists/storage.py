@@ -55,13 +55,17 @@ class Neighbours(NamedTuple):
 class Lists(NamedTuple):
     """Neighbours among grains and at surfaces.
 
-    origin (n, 3): positions in m at the last rebuild. age (3,): bounds on the displacement of grains since, and of
-    bodies and grains since the last rebuild of the surfaces' outer list (m).
+    origin (n, 3), allowance (n,): places and allowances in m at the last rebuild; place (n, 3), within (n,): the same at the last
+    pruning (see `dem.lists.allowance`). age (2,): STALE if the lists must be rebuilt, else 0; displacement of bodies in m since
+    the surfaces' outer list was.
     """
 
     pairs: Neighbours
     surfaces: Neighbours
     origin: np.ndarray
+    allowance: np.ndarray
+    place: np.ndarray
+    within: np.ndarray
     age: np.ndarray
 
 

@@ -11,8 +11,11 @@ from dem.shapes import MESH
 
 
 @strict_jit
-def find_surface_pairs(grains, surfaces, rigid, images, skin, outer):
-    """As `dem.lists.pairs.find_pairs`, for grains near surfaces, or near patches of meshes. rigid : None, or `dem.poses.Rigid`."""
+def find_surface_pairs(grains, surfaces, rigid, images, allowances, cutoff, outer):
+    """As `dem.lists.pairs.find_pairs`, for grains closer than r_i + a_i + cutoff to surfaces, or to patches of meshes.
+
+    rigid : None, or `dem.poses.Rigid`.
+    """
     row = outer.row
     n = grains.place.shape[0] // PLACE
     m = 0
@@ -21,9 +24,9 @@ def find_surface_pairs(grains, surfaces, rigid, images, skin, outer):
         row[i, 1] = m
         if grains.remainder[MOTION * i + INVERSE_MASS] == 0.0:
             continue
-        cutoff = grains.place[PLACE * i + RADIUS] + skin
+        near = grains.place[PLACE * i + RADIUS] + allowances[i] + cutoff
         for w in range(surfaces.kind.shape[0]):
-            m = list_surface(i, w, grains, surfaces, rigid, images, cutoff, outer, m)
+            m = list_surface(i, w, grains, surfaces, rigid, images, near, outer, m)
             if m < 0:
                 return -1
         row[i, 1] = m
@@ -97,13 +100,13 @@ def is_near_any(i, key, grains, surfaces, rigid, images, cutoff):
 
 @jit
 def prune_surfaces(state, surfaces, rigid, lists, cutoff, model, near):
-    """Copy every outer entry closer than r_i + cutoff into contact blocks, slab by slab and there surface by surface.
+    """Copy every outer entry closer than within[i] + cutoff into contact blocks, slab by slab and there surface by surface.
 
     near : working memory for meshes. Returns what `dem.meshes.contacts.list_near` returns.
     """
     outer, contacts = lists.surfaces.outer, lists.surfaces.contacts
     slab_of = slab_numbers(lists.pairs.outer)
-    total = place_contacts(state.grains, surfaces, rigid, model.access.images, lists.surfaces, slab_of, cutoff)
+    total = place_contacts(state.grains, surfaces, rigid, model.access.images, lists, slab_of, cutoff)
     n_blocks = (total + BLOCK - 1) // BLOCK
     raw = raw_blocks(n_blocks, contacts.constants, model.laws)
     for part in range(contacts.count.shape[0]):
@@ -111,16 +114,16 @@ def prune_surfaces(state, surfaces, rigid, lists, cutoff, model, near):
         load_history(part, contacts, outer.history)
     for k in range(n_blocks):
         finish_block(raw[k], contacts.constants[k], min(BLOCK, total - k * BLOCK), model.laws)
-    return list_near(rigid, surfaces, state.grains, model.access.images, cutoff, contacts, near)
+    return list_near(rigid, surfaces, state.grains, model.access.images, lists.within, cutoff, contacts, near)
 
 
 @jit
-def place_contacts(grains, surfaces, rigid, images, neighbours, slab_of, cutoff):
+def place_contacts(grains, surfaces, rigid, images, lists, slab_of, cutoff):
     """Fill the contacts' numbers in every part: first count, then place them. Returns the number of entries, gaps included.
 
     slab_of : see `dem.lists.slabs.slab_numbers`.
     """
-    outer, contacts = neighbours.outer, neighbours.contacts
+    outer, contacts = lists.surfaces.outer, lists.surfaces.contacts
     n_surfaces, n_entries = surfaces.kind.shape[0], outer.row[-1, 1] if outer.row.shape[0] else 0
     begin, count = contacts.begin, contacts.count
     total = 0
@@ -132,7 +135,7 @@ def place_contacts(grains, surfaces, rigid, images, neighbours, slab_of, cutoff)
         count[:] = 0
         for k in range(n_entries):
             i, key = outer.owner[k], outer.partner[k]
-            if is_near(i, key, grains, surfaces, rigid, images, grains.place[PLACE * i + RADIUS] + cutoff):
+            if is_near(i, key, grains, surfaces, rigid, images, lists.within[i] + cutoff):
                 w = surface_of(rigid, key)
                 part = w + n_surfaces * slab_of[i] if slab_of.shape[0] else w
                 if step == 1:

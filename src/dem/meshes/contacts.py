@@ -14,7 +14,7 @@ import numpy as np
 
 from dem.jit import apart_jit, inline_jit, lean_jit
 from dem.layout import BLOCK as B
-from dem.layout import PLACE, RADIUS
+from dem.layout import PLACE
 from dem.meshes.search import cell_of
 from dem.meshes.triangles import nearest_on_triangle
 from dem.poses import from_pivot, to_body, to_space
@@ -119,19 +119,19 @@ def triangles_near(i, key, rigid, body, grains, images, cutoff, listed, m):
 
 
 @inline_jit
-def list_near(rigid, surfaces, grains, images, cutoff, contacts, near):
-    """List the triangles of every contact with a mesh. rigid : None, or `dem.poses.Rigid`.
+def list_near(rigid, surfaces, grains, images, within, cutoff, contacts, near):
+    """List the triangles within within[i] + cutoff of every contact with a mesh. rigid : None, or `dem.poses.Rigid`.
 
     Returns LISTED, TOO_MANY if the list of triangles is too short, or GRAIN_BEHIND if a grain's centre is behind a solid's surface.
     """
     if rigid is None:
         return 0
     else:  # noqa: RET505  # numba prunes the branch of a missing type only in this form
-        return list_all(rigid, surfaces, grains, images, cutoff, contacts, near)
+        return list_all(rigid, surfaces, grains, images, within, cutoff, contacts, near)
 
 
 @lean_jit
-def list_all(rigid, surfaces, grains, images, cutoff, contacts, near):
+def list_all(rigid, surfaces, grains, images, within, cutoff, contacts, near):
     """As `list_near`."""
     m, n_surfaces = 0, surfaces.kind.shape[0]
     for part in range(contacts.count.shape[0]):
@@ -140,9 +140,8 @@ def list_all(rigid, surfaces, grains, images, cutoff, contacts, near):
             continue
         for q in range(contacts.begin[part], contacts.begin[part] + contacts.count[part]):
             i, key = contacts.first[q], contacts.second[q]
-            within = grains.place[PLACE * i + RADIUS] + cutoff
             near.begin[q] = m
-            m += triangles_near(i, key, rigid, surfaces.body[w], grains, images, within, near.triangle, m)
+            m += triangles_near(i, key, rigid, surfaces.body[w], grains, images, within[i] + cutoff, near.triangle, m)
             near.end[q] = m
             if m > near.triangle.shape[0]:
                 return TOO_MANY

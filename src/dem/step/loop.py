@@ -1,15 +1,14 @@
 """The time loop: the only place where the kernels meet."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from dem.bodies import carry_glued, fastest_body, geometry_ahead, move_bodies, sum_forces
 from dem.clumps.motion import collect_loads
-from dem.jit import inline_jit, jit, lean_jit
-from dem.layout import PLACE
+from dem.jit import inline_jit, lean_jit
 from dem.ledger import Ledger, book_step, note_step
+from dem.lists.allowance import allow_inner, allow_outer, inner_left
 from dem.lists.blocks import common_constants
 from dem.lists.grid import is_sound
 from dem.lists.history import carry_history, save_history
@@ -25,24 +24,21 @@ from dem.step.motion import fastest_grain
 #: Reason for which `advance` returned.
 FINISHED, PAIRS_FULL, SURFACE_PAIRS_FULL, CONTACTS_FULL, BLEW_UP, TRIANGLES_FULL, BEHIND = range(7)
 
-#: Square of the inner list's cutoff over skin and displacement of the fastest grain in a step. A larger cutoff lasts longer but
-#: includes more pairs that do not touch; at the square root of the displacement both cost about the same.
-UPKEEP = 1.44
-#: Few grains are near surfaces: the inner list of surfaces lasts about this number of steps.
-SURFACE_PRUNE_STEPS = 20.0
-#: Cutoffs of the inner lists in skins: minimum for pairs, minimum for surfaces, maximum for both.
-MIN_CUTOFF, MIN_SURFACE_CUTOFF, MAX_CUTOFF = 5e-4, 0.1, 0.3
-
-#: Entries of the pace: bounds on the displacement of grains and of bodies since the last pruning (m), cutoffs of the inner lists
-#: (m), largest speed of grains and bodies (m/s).
-TRAVEL, BODY_TRAVEL, CUTOFF, SURFACE_CUTOFF, SPEED, BODY_SPEED, PACE = range(7)
+#: Displacements of bodies, as the allowances of grains (see `dem.lists.allowance`): least and most in the inner list, and the outer
+#: one, all in skins.
+LEAST_BODY, MOST_BODY, OUTER_BODY = 0.05, 0.25, 0.5
+#: Entries of the pace: bound on the displacement of grains since the last look at them, and the least that any had left there (m);
+#: steps for which that lasts unless grains gain much speed; bound on the displacement of bodies since surfaces were pruned, and
+#: their allowance (m); largest speed of grains and bodies (m/s).
+TRAVEL, LEFT, STEPS_LEFT, BODY_TRAVEL, BODY_LEFT, SPEED, BODY_SPEED, PACE = range(8)
 
 
 class Limits(NamedTuple):
-    """Number of steps, skin of the outer lists (m), speed above which the state is worthless (m/s)."""
+    """Number of steps; skin and largest allowance of a grain in the outer lists (m); largest speed of a sensible state (m/s)."""
 
     n_steps: int
     skin: float
+    allowance: float
     speed: float
 
 
@@ -71,12 +67,14 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
     clear_all(scratch.speeds)
     common_constants(state, lists.pairs.contacts, model)
     while done < limits.n_steps:
-        if is_due(pace):
-            reason, rebuilt = refresh_lists(run, pace, limits.skin)
+        if are_pairs_due(run, pace):
+            reason, rebuilt = refresh_lists(run, pace, limits)
             n_rebuilds += rebuilt
-            if reason != FINISHED:
-                break
             n_prunings += 1
+        elif pace[BODY_TRAVEL] > pace[BODY_LEFT]:
+            reason = refresh_surfaces(run, pace, limits.skin)
+        if reason != FINISHED:
+            break
         plan = next_plan(run, pace, limits.n_steps - done, outputs.ledger is None and scene.clumps is None)
         note_step(run, outputs.ledger)
         geometry_ahead(scene, model.step_s, scratch.geometry[: plan.n_steps])
@@ -97,7 +95,6 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
             reason = BLEW_UP
             break
     save_all(lists, scratch.threads)
-    lists.age[0] += pace[TRAVEL]
     divide(outputs.mean_force, max(done, 1))
     divide(outputs.mean_torque, max(done, 1))
     return reason, done, n_rebuilds, n_prunings
@@ -106,7 +103,7 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
 @lean_jit
 def begin(run, pace):
     """Set the pace before the first step: inner lists are due."""
-    pace[TRAVEL], pace[BODY_TRAVEL], pace[CUTOFF], pace[SURFACE_CUTOFF] = 0.0, 0.0, -1.0, -1.0
+    pace[TRAVEL], pace[LEFT], pace[BODY_TRAVEL], pace[BODY_LEFT] = 0.0, -1.0, 0.0, -1.0
     bodies, rigid = run.scene.bodies, run.scene.rigid
     pace[SPEED], pace[BODY_SPEED] = fastest_grain(run.state.grains), fastest_surface(rigid, bodies, fastest_body(bodies))
 
@@ -148,10 +145,16 @@ def divide(total, n):
             total[w, t] /= n
 
 
-@inline_jit
-def is_due(pace):
-    """True if the inner lists could miss a contact."""
-    return 2.0 * pace[TRAVEL] > pace[CUTOFF] or pace[TRAVEL] + pace[BODY_TRAVEL] > pace[SURFACE_CUTOFF]
+@lean_jit
+def are_pairs_due(run, pace):
+    """True if the inner list of pairs could miss a contact; looks at what each grain has left where the bound does not tell."""
+    if pace[LEFT] < 0.0:
+        return True
+    if pace[TRAVEL] <= pace[LEFT]:
+        return False
+    left, n_steps = inner_left(run.state.grains, run.lists, run.model.step_s, run.model.reach_m, pace[SPEED])
+    pace[TRAVEL], pace[LEFT], pace[STEPS_LEFT] = 0.0, left, n_steps
+    return left < 0.0
 
 
 @inline_jit
@@ -162,12 +165,10 @@ def next_plan(run, pace, n_left, each_alone):
     moves = run.scene.glued.grain.shape[0] == 0 and each_alone
     if not moves or run.scene.rigid is not None or is_driven(run.scene.bodies):
         return schedule.Plan(1, moves)
-    speed, body_speed = pace[SPEED], pace[BODY_SPEED]
-    of_pairs = 0.5 * pace[CUTOFF] - pace[TRAVEL]
-    of_surfaces = 0.5 * (pace[SURFACE_CUTOFF] - pace[TRAVEL] - pace[BODY_TRAVEL])
-    displacement = max(speed, 0.5 * (speed + body_speed)) * run.model.step_s
-    n = steps_within(min(of_pairs, of_surfaces), displacement, used_slabs(run.lists.pairs.outer.slab))
-    return schedule.Plan(min(n_left, n), moves)
+    dt, used = run.model.step_s, used_slabs(run.lists.pairs.outer.slab)
+    of_pairs = steps_within(pace[STEPS_LEFT], 1.0, used)
+    of_bodies = steps_within(pace[BODY_LEFT] - pace[BODY_TRAVEL], pace[BODY_SPEED] * dt, used)
+    return schedule.Plan(min(n_left, of_pairs, of_bodies), moves)
 
 
 @lean_jit
@@ -182,7 +183,7 @@ def is_driven(bodies):
 
 @lean_jit
 def steps_within(max_displacement, displacement, used):
-    """Number of steps to fuse so that no grain moves more than `max_displacement` (m) before the last of them.
+    """Number of steps to fuse so that nothing moves more than `max_displacement` before the last of them.
 
     The speeds are known only afterwards: each step is assumed to double the displacement of the step before, the first being
     `displacement`. If a grain gains more speed in these few steps, a contact that it makes then acts some steps late.
@@ -204,9 +205,9 @@ def follow(run, pace, n_steps):
         turn_bodies(run.scene.rigid, run.state.grains, run.scene, dt)
         body_speed = fastest_surface(run.scene.rigid, run.scene.bodies, body_speed)
         pace[TRAVEL] += speed * dt
+        pace[STEPS_LEFT] -= 1.0
         pace[BODY_TRAVEL] += body_speed * dt
         run.lists.age[1] += body_speed * dt
-        run.lists.age[2] += speed * dt
         pace[SPEED], pace[BODY_SPEED] = speed, body_speed
 
 
@@ -220,40 +221,54 @@ def largest(speeds, used):
 
 
 @lean_jit
-def cutoffs(displacement, body_displacement, skin):
-    """Cutoff (m) of the inner lists of pairs and surfaces, for the displacement of the fastest grain and body in a step (m)."""
-    of_pairs = max(math.sqrt(UPKEEP * displacement * skin), MIN_CUTOFF * skin)
-    of_surfaces = max(1.1 * SURFACE_PRUNE_STEPS * (displacement + body_displacement), MIN_SURFACE_CUTOFF * skin)
-    return min(of_pairs, MAX_CUTOFF * skin), min(of_surfaces, MAX_CUTOFF * skin)
+def allow_bodies(pace, dt, skin):
+    """Set the allowance of bodies in the inner list of surfaces."""
+    pace[BODY_TRAVEL] = 0.0
+    pace[BODY_LEFT] = min(max(pace[BODY_SPEED] * dt * pace[STEPS_LEFT], LEAST_BODY * skin), MOST_BODY * skin)
 
 
 @lean_jit
-def refresh_lists(run, pace, skin):
+def refresh_lists(run, pace, limits):
     """Save the contacts' history, rebuild the outer lists if a pair could be missing, and prune. Returns (reason, rebuilds)."""
-    lists, model, dt, age = run.lists, run.model, run.model.step_s, run.lists.age
-    age[0] += pace[TRAVEL]
-    pace[TRAVEL], pace[BODY_TRAVEL] = 0.0, 0.0
-    pace[CUTOFF], pace[SURFACE_CUTOFF] = cutoffs(pace[SPEED] * dt, pace[BODY_SPEED] * dt, skin)
+    lists, model, dt, skin = run.lists, run.model, run.model.step_s, limits.skin
     n_rebuilds = 0
     save_all(lists, run.scratch.threads)
-    rigid = run.scene.rigid
-    if are_old(rigid, age, pace, skin) and age[0] < STALE:
-        age[0] = largest_displacement(run.state.grains, lists.origin)  # the bound adds up the fastest grain of every step
-    if are_old(rigid, age, pace, skin):
-        reason = rebuild(run, skin)
+    pace[TRAVEL], pace[LEFT] = 0.0, -1.0
+    if lists.age[0] < STALE:
+        pace[LEFT], pace[STEPS_LEFT] = allow_inner(run.state.grains, lists, dt, skin, model.reach_m)
+    if pace[LEFT] < 0.0:
+        reason = rebuild(run, limits)
         if reason != FINISHED:
             return reason, n_rebuilds
         n_rebuilds = 1
-    elif surfaces_are_old(rigid, age, pace, skin):
+        pace[LEFT], pace[STEPS_LEFT] = allow_inner(run.state.grains, lists, dt, skin, model.reach_m)
+    if not schedule.prune(run.state, lists.pairs, lists.within, model, run.scratch.threads):
+        clear(lists.pairs.contacts.count)
+        pace[LEFT] = -1.0
+        return CONTACTS_FULL, n_rebuilds
+    return prune_at_surfaces(run, pace, skin), n_rebuilds
+
+
+@lean_jit
+def refresh_surfaces(run, pace, skin):
+    """As `refresh_lists`, of surfaces alone: a turning rim moves farther than the grains of a bed at rest. Returns a reason."""
+    save_at_surfaces(run.lists.surfaces)
+    return prune_at_surfaces(run, pace, skin)
+
+
+@lean_jit
+def prune_at_surfaces(run, pace, skin):
+    """Rebuild the outer list of surfaces if an entry could be missing, and prune it. Returns a reason."""
+    lists, scene = run.lists, run.scene
+    allow_bodies(pace, run.model.step_s, skin)
+    if lists.age[1] + pace[BODY_LEFT] > OUTER_BODY * skin:
         reason = rebuild_surfaces(run, skin)
         if reason != FINISHED:
-            return reason, n_rebuilds
-    if not schedule.prune(run.state, lists.pairs, pace[CUTOFF] + model.reach_m, model, run.scratch.threads):
-        clear(lists.pairs.contacts.count)
-        return CONTACTS_FULL, n_rebuilds
-    cutoff = pace[SURFACE_CUTOFF] + model.reach_m
-    listed = prune_surfaces(run.state, run.scene.surfaces, run.scene.rigid, lists, cutoff, model, run.scratch.near)
-    return reason_of(run.scene.rigid, listed), n_rebuilds
+            return reason
+    cutoff = pace[BODY_LEFT] + 0.5 * run.model.reach_m
+    return reason_of(
+        scene.rigid, prune_surfaces(run.state, scene.surfaces, scene.rigid, lists, cutoff, run.model, run.scratch.near)
+    )
 
 
 @inline_jit
@@ -265,83 +280,41 @@ def reason_of(rigid, listed):
         return TRIANGLES_FULL if listed == TOO_MANY else BEHIND if listed == GRAIN_BEHIND else FINISHED
 
 
-@inline_jit
-def are_old(rigid, age, pace, skin):
-    """True if the outer lists could miss a pair, or a grain at a surface, within the cutoff of the inner lists.
-
-    rigid : None, or `dem.poses.Rigid`; then surfaces have an age of their own.
-    """
-    if rigid is None:
-        return 2.0 * age[0] + pace[CUTOFF] > skin or age[0] + age[1] + pace[SURFACE_CUTOFF] > skin
-    else:  # noqa: RET505  # numba prunes the branch of a missing type only in this form
-        return 2.0 * age[0] + pace[CUTOFF] > skin
-
-
-@inline_jit
-def surfaces_are_old(rigid, age, pace, skin):
-    """True if the outer list of surfaces must be rebuilt alone: a turning rim moves farther than the grains of a bed at rest."""
-    if rigid is None:
-        return False
-    else:  # noqa: RET505  # see `are_old`
-        return age[1] + age[2] + pace[SURFACE_CUTOFF] > skin
-
-
-@jit
-def largest_displacement(grains, origin):
-    """Largest distance in m of any grain from its position in `origin`."""
-    largest = 0.0
-    for i in range(origin.shape[0]):
-        d2 = 0.0
-        for a in range(3):
-            d2 += (grains.place[PLACE * i + a] - origin[i, a]) ** 2
-        largest = max(largest, d2)
-    return math.sqrt(largest)
-
-
 @lean_jit
-def rebuild(run, skin):
+def rebuild(run, limits):
     """Rebuild both outer lists, carrying history. Returns FINISHED, or a reason (then nothing has changed)."""
-    grains, scene, pairs, surfaces = run.state.grains, run.scene, run.lists.pairs, run.lists.surfaces
+    grains, scene, lists, model = run.state.grains, run.scene, run.lists, run.model
+    pairs, images = lists.pairs, model.access.images
     if not is_sound(grains):
         return BLEW_UP
-    cutoff = skin + run.model.reach_m
-    n_pairs = find_pairs(grains, scene.clumps, scene.period, run.model.access.images, cutoff, pairs.spare)
+    lists.age[0] = STALE  # the allowances are made before the lists that hold with them
+    least = allow_outer(grains, lists, model.step_s, limits.skin, limits.allowance)
+    n_pairs = find_pairs(grains, scene.clumps, scene.period, images, lists.allowance, model.reach_m, least, pairs.spare)
     if n_pairs < 0:
         return PAIRS_FULL
-    images = run.model.access.images
-    if find_surface_pairs(grains, scene.surfaces, scene.rigid, images, cutoff, surfaces.spare) < 0:
-        return SURFACE_PAIRS_FULL
+    reason = rebuild_surfaces(run, limits.skin)
+    if reason != FINISHED:
+        return reason
     carry_history(pairs.outer, pairs.spare, True)
-    carry_history(surfaces.outer, surfaces.spare, False)
     copy_list(pairs.spare, pairs.outer)
-    copy_list(surfaces.spare, surfaces.outer)
     cut_contacts(pairs.outer, n_pairs, pairs.contacts.begin)
-    start_anew(grains, run.lists)
+    lists.age[0] = 0.0
     return FINISHED
 
 
 @lean_jit
 def rebuild_surfaces(run, skin):
     """As `rebuild`, of the outer list of surfaces alone."""
-    grains, scene, surfaces, age = run.state.grains, run.scene, run.lists.surfaces, run.lists.age
+    grains, scene, lists, model = run.state.grains, run.scene, run.lists, run.model
     if not is_sound(grains):
         return BLEW_UP
-    cutoff, images = skin + run.model.reach_m, run.model.access.images
-    if find_surface_pairs(grains, scene.surfaces, scene.rigid, images, cutoff, surfaces.spare) < 0:
+    cutoff, images, surfaces = OUTER_BODY * skin + model.reach_m, model.access.images, lists.surfaces
+    if find_surface_pairs(grains, scene.surfaces, scene.rigid, images, lists.allowance, cutoff, surfaces.spare) < 0:
         return SURFACE_PAIRS_FULL
     carry_history(surfaces.outer, surfaces.spare, False)
     copy_list(surfaces.spare, surfaces.outer)
-    age[1], age[2] = 0.0, 0.0
+    lists.age[1] = 0.0
     return FINISHED
-
-
-@lean_jit
-def start_anew(grains, lists):
-    """Note the positions at a rebuild."""
-    clear(lists.age)
-    for i in range(lists.origin.shape[0]):
-        for a in range(3):
-            lists.origin[i, a] = grains.place[PLACE * i + a]
 
 
 @lean_jit

@@ -291,8 +291,8 @@ def move_one(s, run):
 @inline_jit
 def prune_one(s, task):
     """Copy the pairs of slab s that may touch; task : the arguments of `prune`."""
-    state, neighbours, cutoff, model = task
-    prune_slab(s, state, neighbours, cutoff, model)
+    state, neighbours, within, model = task
+    prune_slab(s, state, neighbours, within, model)
 
 
 @inline_jit
@@ -341,9 +341,9 @@ def move(run, threads):
 
 
 @jit
-def prune(state, neighbours, cutoff, model, threads):
+def prune(state, neighbours, within, model, threads):
     """Copy the pairs that may touch from the outer list into the contact blocks; False if the capacity is too small."""
-    on_slabs_pruned(threads, used_slabs(neighbours.outer.slab), (state, neighbours, cutoff, model))
+    on_slabs_pruned(threads, used_slabs(neighbours.outer.slab), (state, neighbours, within, model))
     return neighbours.contacts.count.min() >= 0
 
 
