@@ -99,7 +99,7 @@ bench-planning: setup  ## measure the planning time of 50 to 5000 simulations an
 	$(BIN)/python benchmarks/planning.py --run 300
 
 bench-bulk: setup  ## run three bulk benchmarks beside LIGGGHTS on one core: docs/bulk-benchmarks.md
-	$(BIN)/snakemake -c1 bulk
+	$(BIN)/snakemake -c1 --forceall bulk
 
 check-peers: setup  ## compare heap, shear test and rolling contact with LIGGGHTS (apt-get install liggghts)
 	$(BIN)/python -m virtual_soil.verification.peers --cores $(CORES)

@@ -163,7 +163,7 @@ def beside(folder: Path) -> dict:
     for name, text in MEASURED.items():
         (folder / name).write_text(text)
     wheel = {"measured": {"file": "wheel.csv", "source": "J. Doe 2001"}, "handbook": {"internal_friction_angle_deg": 30.0}}
-    wheel["bed"] = TOY["wheel"]["bed"] | {"bulk_density_kg_m3": 1350.0}
+    wheel["bed"] = TOY["wheel"]["bed"] | {"bulk_density_kg_m3": 1320.0}
     measured = {"file": "plates.csv", "source": "J. Doe 2001", "compared_m": [0.001, 0.003]}
     return {"wheel": wheel, "plate": {"measured": measured}}
 
@@ -217,7 +217,7 @@ def test_a_toy_wheel_runs_from_the_calibration_to_its_tables(tmp_path):
     page = (tmp_path / "results/toy/wheel.md").read_text(encoding="utf-8")
     assert page.startswith("The soil's answer is confirmed")
     (found,) = read_table(str(tmp_path / "results/toy/wheel/sand/preparation.parquet"), "wheel_preparation").to_dict("records")
-    assert found["bulk_density_kg_m3"] == pytest.approx(1350.0, abs=0.0031 * 2500.0)
+    assert found["bulk_density_kg_m3"] == pytest.approx(1320.0, abs=0.0031 * 2500.0)
     assert run["preparation_friction_ratio"] == found["preparation_friction_ratio"] != 1.0
     points = read_table(str(tmp_path / "results/toy/wheel_measured.parquet"), "wheel_measured")
     sinkage = points[points["quantity"] == "sinkage_m"].set_index("slip")
@@ -229,7 +229,7 @@ def test_a_toy_wheel_runs_from_the_calibration_to_its_tables(tmp_path):
     line = read_table(str(tmp_path / "results/toy/wheel_handbook.parquet"), "wheel_handbook")
     assert (line["n"].iloc[0], round(line["slip"].max(), 6)) == (pytest.approx(1.0, abs=1e-6), 0.55)
     assert "- J. Doe 2001" in page
-    assert "asked for 1350 kg/m³" in page
+    assert "asked for 1320 kg/m³" in page
     for figure in ("wheel", "rim", "rut", "field"):
         assert (tmp_path / f"results/toy/wheel/figures/{figure}.png").stat().st_size > 5000
     folder = tmp_path / "results/toy/wheel/sand/1/slip_0.5"
