@@ -80,9 +80,9 @@ def largest_radius(grains):
 
 
 @lean_jit
-def cells_of(radius, skin, cell):
-    """Number of cells over which a grain reaches grains no larger than itself."""
-    return max(1, int(math.ceil((2.0 * radius + skin) / cell)))
+def cells_of(share, cell):
+    """Number of cells over which a grain with this share of cutoffs, in m, reaches those with no larger ones."""
+    return max(1, int(math.ceil(2.0 * share / cell)))
 
 
 @strict_jit

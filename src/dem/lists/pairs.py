@@ -70,7 +70,7 @@ def find_pairs(grains, clumps, period, images, allowances, reach_m, least, outer
     """
     row, order = outer.row, outer.order
     cell = WIDER * cell_size(grains, 2.0 * least + reach_m)
-    reach = cells_of(farthest(grains, allowances) + 0.5 * reach_m, 0.0, cell)
+    reach = cells_of(farthest(grains, allowances) + 0.5 * reach_m, cell)
     low, shape, start = sort_into_cells(grains, period, cell, order)
     cut_slabs(start, shape, reach, outer.slab)
     is_ring = period[0] > 0.0 and used_slabs(outer.slab) > 1

@@ -34,7 +34,7 @@ def far_pairs(grains, search, capacity):
     finder, found = np.empty(capacity + 1, np.int32), np.empty(capacity + 1, np.int32)
     reach, layer = np.empty(n, np.int32), np.empty(n, np.int32)
     for rank in range(n):
-        reach[rank] = cells_of(search.in_order[rank, 3], 0.0, search.cell)
+        reach[rank] = cells_of(search.in_order[rank, 3], search.cell)
         layer[rank] = cell_index(grains, search.order[rank], 0, search.low, search.shape, search.period, search.cell)
     widest = widest_in_cells(search)
     largest = widest.max()
