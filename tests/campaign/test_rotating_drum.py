@@ -129,7 +129,8 @@ def test_the_pictures_show_the_drum_its_angle_and_all_rates(small):
     assert table["froude_number"].tolist() == [0.05, 0.1]
     assert table["mean_deg"].iloc[0] == run["drum_angle_deg"]
     left, right = described.angle_plot(history, table, run, 0.2).axes
-    assert left.lines[0].get_data()[1] == pytest.approx(angles_of(history, 0.05)[1])
+    # no angle where the profile of a look has no surface to fit
+    assert left.lines[0].get_data()[1] == pytest.approx(angles_of(history, 0.05)[1], nan_ok=True)
     assert right.lines[0].get_data()[1] == pytest.approx(table["mean_deg"])
     assert f"θ {run['drum_angle_deg']:.1f} ±" in described.facts(run)
     assert described.facts({**run, "status": "failed"}) == "failed"

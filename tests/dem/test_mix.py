@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dem import Box, BoxRegion, Clump, Factory, Interaction, Material, Mix, Simulation, Sizes, load, load_with_notes, save
+from dem import Box, BoxRegion, Clump, Factory, Interaction, Material, Mix, Simulation, Sizes, load, save
 from dem.experiments import angle_of_repose, plane_shear, rotating_drum, specimen
 from dem.experiments.soil import Engine, Soil
-from dem.experiments.state import State
+from dem.experiments.state import load_state, save_state
 
 RADIUS_M = 1e-3
 #: Unequal spheres, whose centre of mass is not the mean of their centres; as many as a trimer has.
@@ -199,13 +199,12 @@ def test_an_interrupted_heap_of_a_mix_ends_with_the_same_bytes(heap, tmp_path):
 
     def keep(state):
         if state.stage == "lift":
-            save(state.simulation, tmp_path / "state.npz", {"stage": state.stage, "end_step": state.end_step, **state.notes})
+            save_state(state, tmp_path / "state.npz")
             raise Stopped
 
     with pytest.raises(Stopped):
         angle_of_repose.run(SOIL, HEAP, ENGINE, 1, keep=keep)
-    simulation, notes = load_with_notes(tmp_path / "state.npz")
-    state = State(simulation, notes.pop("stage"), notes.pop("end_step"), notes)
+    state = load_state(tmp_path / "state.npz")
     again = angle_of_repose.run(SOIL, HEAP, ENGINE, 1, state=state)
     assert again.n_lost == heap.n_lost
     for name in vars(heap.grains):

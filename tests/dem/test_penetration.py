@@ -11,7 +11,7 @@ from dem import solids
 from dem.experiments import penetration, soil_bed
 from dem.experiments.penetration import PressTest, Tool
 from dem.experiments.soil import Engine, Soil
-from dem.experiments.state import State
+from dem.experiments.state import load_state, save_state
 
 SOIL = Soil(
     radius_m=1e-3, density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e6, static_friction=0.5, rolling_friction=0.1,
@@ -52,9 +52,8 @@ def test_pressure_grows_with_depth_to_the_one_that_was_asked_for(pressed):
 
 def test_a_run_that_was_interrupted_ends_with_the_same_bytes(pressed, bed, tmp_path):
     run, state = pressed
-    dem.save(state.simulation, tmp_path / "half.npz", state.notes)
-    simulation, notes = dem.load_with_notes(tmp_path / "half.npz")
-    again = penetration.press_plate(bed, SOIL, DIAMETER_M, TEST, state=State(simulation, state.stage, state.end_step, notes))
+    save_state(state, tmp_path / "half.npz")
+    again = penetration.press_plate(bed, SOIL, DIAMETER_M, TEST, state=load_state(tmp_path / "half.npz"))
     assert all(np.array_equal(again.history[name], run.history[name]) for name in run.history)
     assert np.array_equal(again.after.positions_m, run.after.positions_m)
 

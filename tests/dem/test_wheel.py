@@ -12,7 +12,7 @@ from dem import solids
 from dem.experiments import density, soil_bed, wheel
 from dem.experiments.soil import Engine, Soil
 from dem.experiments.soil_bed import SoilBed
-from dem.experiments.state import State
+from dem.experiments.state import load_state, save_state
 from dem.experiments.surface import layer_solid_fraction
 from dem.experiments.wheel import WheelShape, WheelTest
 from dem.measure.rim import TORQUE, integrated, rim_stress, steady_loads
@@ -149,9 +149,37 @@ def numbers(run):
 
 def through_a_file(state, path):
     """A state as another process finds it."""
-    dem.save(state.simulation, path, state.notes)
-    simulation, notes = dem.load_with_notes(path)
-    return State(simulation, state.stage, state.end_step, notes)
+    save_state(state, path)
+    return load_state(path)
+
+
+def test_runs_of_all_slips_go_on_from_the_same_lowered_wheel(driven, bed, tmp_path):
+    """The bytes are those of a wheel that is lowered anew; another slip and what else acts on the travel alone play no part."""
+    first = dataclasses.replace(TEST, slip=-0.2, held="rim", speed_m_s=0.2)
+    lowered = wheel.lower(bed, SOIL, SHAPE, first)
+    assert lowered.stage == "lowered"
+    again = wheel.drive(bed, SOIL, SHAPE, TEST, state=through_a_file(lowered, tmp_path / "lowered.npz"))
+    assert np.array_equal(numbers(again), numbers(driven[0]))
+    assert (again.n_steps, again.work_j, again.momentum_residual_ratio) == (
+        driven[0].n_steps,
+        driven[0].work_j,
+        driven[0].momentum_residual_ratio,
+    )
+
+
+def test_a_wheel_that_the_soil_does_not_carry_in_time_does_not_travel(bed, monkeypatch):
+    monkeypatch.setattr(wheel, "LOWERING_RADII", 0.05)
+    run = wheel.drive(bed, SOIL, SHAPE, TEST)
+    assert run.status == "not_lowered"
+    assert list(run.moments) == ["end"]
+    assert (run.history["time_s"] <= 0.0).all()
+    assert (run.history["speed_m_s"] == 0.0).all()
+
+
+def test_a_file_without_a_state_is_no_test_in_progress(bed, tmp_path):
+    soil_bed.save_bed(bed, tmp_path / "bed.npz")
+    with pytest.raises(dem.CheckpointError, match=r"bed\.npz holds no test in progress; delete it to begin anew"):
+        load_state(tmp_path / "bed.npz")
 
 
 @pytest.mark.parametrize("stage", ["lower", "travel"])

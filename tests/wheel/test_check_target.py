@@ -46,12 +46,14 @@ def test_beds_are_prepared_anew_only_for_changes_of_the_bed(study):
     text = result.stdout + result.stderr
     assert result.returncode == 0, text
     jobs = planned(text)
-    expected = {"prepare_bed": 2, "drive_wheel": 2, "prepare_changed_bed": 6, "drive_changed_wheel": 12}
+    expected = {"prepare_bed": 2, "lower_wheel": 2, "drive_wheel": 2, "prepare_changed_bed": 6}
+    expected |= {"lower_changed_wheel": 12, "drive_changed_wheel": 12}
     expected |= {"simulate_wheel_tests": 3, "measure_wheel_tests": 1, "check_report": 1}
     assert {name: jobs.get(name) for name in expected} == expected
     assert not {"simulate", "verify", "calibrate", "wheel_report"} & set(jobs)
     beds = "8 beds of 1 900 to 4 690 grains"  # the finer ones
-    assert f"check_wheel_soil (not part of `all`): {beds}, 14 runs of the wheel, 3 tests of the calibration: about " in text
+    runs = "14 lowerings of the wheel, 14 runs of the wheel"
+    assert f"check_wheel_soil (not part of `all`): {beds}, {runs}, 3 tests of the calibration: about " in text
 
 
 def test_a_bed_of_finer_grains_asks_for_more_memory(study):

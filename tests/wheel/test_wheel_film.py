@@ -1,19 +1,21 @@
 """The film of a wheel: every frame in one period of the bed, as many as asked for, files for ParaView beside it."""
 
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import meshio
 import numpy as np
 import pytest
 from PIL import Image
-from test_wheel_runs import JOB
+from test_wheel_runs import JOB, lowered_on
 
+from dem.experiments.state import save_state
 from virtual_soil.campaign.resume import Checkpoint
 from virtual_soil.errors import InputError
 from virtual_soil.report.film import limits_mm
 from virtual_soil.report.wheel_film import write_film
 from virtual_soil.wheel import film
-from virtual_soil.wheel.runs import prepare_bed
+from virtual_soil.wheel.runs import BROKE_OFF, lowered_of, prepare_bed
 
 
 @pytest.fixture(scope="module")
@@ -24,13 +26,11 @@ def bed(tmp_path_factory):
     return str(folder / "bed.npz")
 
 
-def job(**changes):
-    return JOB | {"wheel": JOB["wheel"] | changes}
-
-
 @pytest.fixture(scope="module")
-def frames(bed):
-    return film.film_wheel(job(travel_ratio=0.2), "0.5", bed)
+def frames(bed, tmp_path_factory):
+    job = JOB | {"wheel": JOB["wheel"] | {"travel_ratio": 0.2}}
+    lowered = lowered_on(bed, str(tmp_path_factory.mktemp("wheel") / "lowered.npz"), job)
+    return film.film_wheel(job, "0.5", bed, lowered)
 
 
 def test_every_frame_has_the_travel_and_the_bed_in_one_period_about_the_wheels_middle(frames):
@@ -80,7 +80,13 @@ def test_the_first_look_and_every_nth_after_it_are_recorded():
     assert seen == [2, 5, 8]
 
 
-def test_a_wheel_that_the_soil_does_not_carry_has_no_film(bed, monkeypatch):
+def test_a_wheel_that_the_soil_does_not_carry_or_that_broke_off_has_no_film(bed, monkeypatch, tmp_path):
     monkeypatch.setattr(film.wheel, "LOWERING_RADII", 1e-3)
+    lowered = lowered_on(bed, str(tmp_path / "lowered.npz"))
     with pytest.raises(InputError, match=r"The wheel at slip 0.5 did not travel: the soil did not carry it\."):
-        film.film_wheel(JOB, "0.5", bed)
+        film.film_wheel(JOB, "0.5", bed, lowered)
+    state = lowered_of(lowered)
+    state.begin(BROKE_OFF, 0)
+    save_state(replace(state, notes=state.notes | {"reason": "grains fell"}), lowered)
+    with pytest.raises(InputError, match="The wheel broke off while it was lowered: grains fell"):
+        film.film_wheel(JOB, "0.5", bed, lowered)

@@ -10,12 +10,15 @@ from virtual_soil.campaign.sections import Study
 from virtual_soil.campaign.settings import defaults
 from virtual_soil.campaign.tables import read_table
 from virtual_soil.errors import InputError
+from virtual_soil.wheel import runs
 from virtual_soil.wheel.fields import tables_of
 from virtual_soil.wheel.runs import (
     PRESS_HISTORY,
     WHEEL_HISTORY,
     bed_of,
     drive_wheel,
+    lower_wheel,
+    lowered_of,
     prepare_bed,
     press_plate,
     press_row,
@@ -64,6 +67,12 @@ def prepared(tmp_path_factory):
     return path, prepare_bed(JOB, 1, path, Checkpoint(str(folder / "preparation.npz"), 300, {}))
 
 
+def lowered_on(bed, path, job=JOB):
+    """File of the wheel on the bed of a file."""
+    lower_wheel(job, bed, path, Checkpoint(f"{path}.kept.npz", 300, {}))
+    return path
+
+
 class Watched(Checkpoint):
     """Remembers the stages at which the job could have saved its state."""
 
@@ -110,13 +119,19 @@ def test_a_file_that_is_no_bed_is_named(tmp_path):
         bed_of(path)
 
 
+def test_a_file_that_is_no_lowered_wheel_is_named(prepared):
+    with pytest.raises(InputError, match=r"bed\.npz: not a lowered wheel of this version \(.*\) Delete it and run again"):
+        lowered_of(prepared[0])
+
+
 def test_an_interrupted_wheel_goes_on_with_the_same_numbers(prepared, tmp_path):
     (bed, _), saved = prepared, str(tmp_path / "run.npz")
-    whole_row, whole = drive_wheel(JOB, "0.5", bed, Checkpoint(str(tmp_path / "other.npz"), 300, {}))
+    lowered = lowered_on(bed, str(tmp_path / "lowered.npz"))
+    whole_row, whole = drive_wheel(JOB, "0.5", bed, lowered, Checkpoint(str(tmp_path / "other.npz"), 300, {}))
     with pytest.raises(SystemExit):
-        drive_wheel(JOB, "0.5", bed, Interrupted(saved, 300, {"slip": "0.5"}))
+        drive_wheel(JOB, "0.5", bed, lowered, Interrupted(saved, 300, {"slip": "0.5"}))
     resumed = Watched(saved, 300, {"slip": "0.5"})
-    row, tables = drive_wheel(JOB, "0.5", bed, resumed)
+    row, tables = drive_wheel(JOB, "0.5", bed, lowered, resumed)
     assert set(resumed.stages) == {"travel"}
     assert (row["status"], row["n_steps"]) == ("done", whole_row["n_steps"])
     assert row["motor_work_j"] == whole_row["motor_work_j"]
@@ -124,6 +139,17 @@ def test_an_interrupted_wheel_goes_on_with_the_same_numbers(prepared, tmp_path):
     for name, columns in tables.items():
         for column, values in columns.items():
             assert np.array_equal(values, whole[name][column], equal_nan=True), (name, column)
+
+
+def test_a_wheel_that_breaks_off_while_it_is_lowered_has_failed_runs_with_its_reason(prepared, tmp_path, monkeypatch):
+    def broken(*_, **__):
+        raise SimulationError("grains fell")
+
+    monkeypatch.setattr(runs.wheel, "lower", broken)
+    lowered = lowered_on(prepared[0], str(tmp_path / "lowered.npz"))
+    row, tables = drive_wheel(JOB, "0.5", prepared[0], lowered, Checkpoint(str(tmp_path / "run.npz"), 300, {}))
+    assert (row["status"], row["reason"], row["n_steps"]) == ("failed", "grains fell", 0)
+    assert all(len(column) == 0 for columns in tables.values() for column in columns.values())
 
 
 def test_a_bed_is_stored_with_its_density(prepared, tmp_path):

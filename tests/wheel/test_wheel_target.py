@@ -69,6 +69,7 @@ def test_the_target_plans_a_bed_for_every_case_and_seed_and_a_run_for_every_slip
     expected = {
         "compile_wheel_kernels": 1,
         "prepare_bed": 6,
+        "lower_wheel": 6,
         "drive_wheel": 12,
         "press_plate": 6,
         "push_cone": 6,
@@ -81,7 +82,8 @@ def test_the_target_plans_a_bed_for_every_case_and_seed_and_a_run_for_every_slip
 def test_a_study_that_names_its_cases_is_told_once_what_the_wheel_takes(tmp_path):
     """Before the soil is calibrated, too; the other targets with their own jobs."""
     refused = snakemake(tmp_path, "-n", "wheel", wheel={"bed": TOY["wheel"]["bed"] | {"seeds": [1, 2]}})
-    line = "wheel (not part of `all`): 2 beds of 1 900 grains, 2 runs of the wheel, 2 plates, 2 cones: about 1 core-min in all."
+    runs = "2 lowerings of the wheel, 2 runs of the wheel, 2 plates, 2 cones"
+    line = f"wheel (not part of `all`): 2 beds of 1 900 grains, {runs}: about 1 core-min in all."
     assert (refused.stdout + refused.stderr).count(line) == 1
     calibration(tmp_path / "results/toy/calibration.parquet")
     silent = snakemake(tmp_path, "-n", "plate", wheel={"cases": []})
@@ -116,13 +118,16 @@ def test_every_job_on_a_bed_asks_for_time_and_memory(tmp_path):
     calibration(tmp_path / "results/toy/calibration.parquet")
     bed = tmp_path / "results/toy/wheel/sand/1"
     bed.mkdir(parents=True)
-    for path in (bed.parent.parent / "kernels.txt", bed / "bed.npz", bed / "bed.parquet"):  # as if a first job had made them
+    second = bed.with_name("2")
+    second.mkdir()
+    files = [bed.parent.parent / "kernels.txt", *(one / name for one in (bed, second) for name in ("bed.npz", "bed.parquet"))]
+    for path in (*files, bed / "lowered.npz"):  # as if the first jobs had made them
         path.touch()
     cluster = ("--executor", "cluster-generic", "--cluster-generic-submit-cmd", SUBMIT, "--jobs", "9", "--keep-going")
-    changes = {"wheel": {"grains_per_radius": 60.0, "bed": TOY["wheel"]["bed"] | {"seeds": [1, 2]}}}
+    changes = {"wheel": {"grains_per_radius": 60.0, "bed": TOY["wheel"]["bed"] | {"seeds": [1, 2, 3]}}}
     snakemake(tmp_path, *cluster, "wheel", "wheel_film", "--default-resources", "runtime=1", "mem_mb=1", **changes)
     asked = [line.split() for line in (tmp_path / "asked.txt").read_text().splitlines()]
-    assert {rule for rule, *_ in asked} == {"prepare_bed", "drive_wheel", "film_wheel", "press_plate", "push_cone"}
+    assert {rule for rule, *_ in asked} == {"prepare_bed", "lower_wheel", "drive_wheel", "film_wheel", "press_plate", "push_cone"}
     memory = {rule: int(mem_mb) for rule, _, mem_mb in asked}
     minutes = {rule: int(runtime) for rule, runtime, _ in asked}
     assert all(value > 4 for value in minutes.values())  # more than a start

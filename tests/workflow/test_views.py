@@ -124,6 +124,12 @@ def test_stored_grains_are_found_by_simulation(tmp_path):
     assert all(list(table) == list(tables["aaa"]) for table in found.values())
 
 
+def test_a_surrogate_that_the_optimiser_uses_is_not_offered_again():
+    power, process = SimpleNamespace(model="quadratic"), SimpleNamespace(model="gaussian_process")
+    found = views.others({"cohesion": power, "friction_angle": power}, {"cohesion": process, "friction_angle": power})
+    assert found == {"cohesion": power}
+
+
 def rows(*points):
     """Design rows of heaps that differ from the base set as given."""
     return pd.DataFrame(

@@ -116,9 +116,38 @@ rule prepare_bed:
         "../scripts/prepare_bed.py"
 
 
+rule lower_wheel:
+    input:
+        bed=f"{BED}/bed.npz",
+        mesh=[] if WHEEL["mesh"]["file"] is None else WHEEL["mesh"]["file"],
+    output:
+        lowered=f"{BED}/lowered.npz",
+    log:
+        f"{BED_LOG}/lowered.log",
+    priority: 2
+    threads: 1
+    resources:
+        checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
+        runtime=wheel_runtime,
+        mem_mb=wheel_memory,
+    params:
+        soil=calibrated_soil,
+        grains=WHEEL_GRAINS,
+        engine=WHEEL_ENGINE,
+        wheel=wheel_setups.lowering_settings(WHEEL),
+        checkpoint=checkpoint_of("_lowered.npz"),
+        dem=ENGINE,
+        code=CODE.of_script("lower_wheel"),
+    message:
+        "Lower the wheel on bed {wildcards.bed_seed} of {wildcards.case}, once for all slips."
+    script:
+        "../scripts/lower_wheel.py"
+
+
 rule drive_wheel:
     input:
         bed=f"{BED}/bed.npz",
+        lowered=f"{BED}/lowered.npz",
         mesh=[] if WHEEL["mesh"]["file"] is None else WHEEL["mesh"]["file"],
     output:
         run=f"{BED}/slip_{{slip}}/run.parquet",
@@ -151,6 +180,7 @@ rule drive_wheel:
 rule film_wheel:
     input:
         bed=f"{BED}/bed.npz",
+        lowered=f"{BED}/lowered.npz",
         mesh=[] if WHEEL["mesh"]["file"] is None else WHEEL["mesh"]["file"],
     output:
         film=f"{BED}/slip_{{slip}}/film.gif",

@@ -42,11 +42,34 @@ use rule prepare_bed as prepare_changed_bed with:
         "Drop and settle a bed of the soil of {wildcards.case} with a changed setting, {wildcards.change}, seed {wildcards.bed_seed}."
 
 
+use rule lower_wheel as lower_changed_wheel with:
+    input:
+        bed=changed_bed,
+        mesh=[] if WHEEL["mesh"]["file"] is None else WHEEL["mesh"]["file"],
+    output:
+        lowered=f"{CHANGED_BED}/lowered.npz",
+    log:
+        f"{CHANGED_LOG}/lowered.log",
+    resources:
+        checkpoint_interval_s=CHECKPOINT_INTERVAL_S,
+        runtime=changed_runtime,
+        mem_mb=changed_memory,
+    params:
+        soil=calibrated_soil,
+        grains=lambda wildcards: wheel_soil.grain_settings(changed(wildcards)),
+        engine=WHEEL_ENGINE,
+        wheel=lambda wildcards: wheel_setups.lowering_settings(changed(wildcards)),
+        checkpoint=checkpoint_of("_{change}_lowered.npz"),
+        dem=ENGINE,
+        code=CODE.of_script("lower_wheel"),
+    message:
+        "Lower the wheel with a changed setting, {wildcards.change}, on a bed of {wildcards.case}, seed {wildcards.bed_seed}."
+
+
 use rule drive_wheel as drive_changed_wheel with:
     input:
-        bed=lambda wildcards: f"{bed_under(wildcards.change)}/bed.npz".format(
-            **dict(wildcards.items())
-        ),
+        bed=changed_bed,
+        lowered=f"{CHANGED_BED}/lowered.npz",
         mesh=[] if WHEEL["mesh"]["file"] is None else WHEEL["mesh"]["file"],
     output:
         run=f"{CHANGED_BED}/slip_{{slip}}/run.parquet",

@@ -9,7 +9,11 @@ CHANGED_BED = f"{CHECKED}/{{change}}/{{bed_seed}}"
 CHANGED_LOG = f"{LOGS}/wheel/{{case}}/check/{{change}}/{{bed_seed}}"
 REPEATED = f"{CHECKED}/tests/{{experiment}}"
 # Rules on changed beds and those that they inherit from.
-INHERITED = {"prepare_changed_bed": "prepare_bed", "drive_changed_wheel": "drive_wheel"}
+INHERITED = {
+    "prepare_changed_bed": "prepare_bed",
+    "lower_changed_wheel": "lower_wheel",
+    "drive_changed_wheel": "drive_wheel",
+}
 # Pairs of case and experiment of the repeated tests.
 REPEATED_TESTS = [
     (case, experiment)
@@ -42,6 +46,11 @@ def changed_memory(wildcards, attempt, rulename):
 def bed_under(change):
     """Pattern of the folder of the bed under a changed run: its own, or that of the base."""
     return CHANGED_BED if check_runs.CHANGES[change].own_bed else BED
+
+
+def changed_bed(wildcards):
+    """Input function: the bed under a changed run."""
+    return f"{bed_under(wildcards.change)}/bed.npz".format(**dict(wildcards.items()))
 
 
 def runs_to_check():
@@ -143,7 +152,11 @@ def planned_to_check():
     found = planned(wheel_jobs(n_cases, n_beds, [CHECK_RUN], [], False))
     for change in CHANGES:
         own = n_beds if check_runs.CHANGES[change].own_bed else 0
-        jobs = [("prepare_bed", {}, own), ("drive_wheel", {"slip": CHECK_RUN}, n_beds)]
+        jobs = [
+            ("prepare_bed", {}, own),
+            ("lower_wheel", {}, n_beds),
+            ("drive_wheel", {"slip": CHECK_RUN}, n_beds),
+        ]
         found += planned(jobs, check_runs.changed_wheel(WHEEL, WHEEL_CHECK, change))
     return found
 

@@ -92,6 +92,7 @@ def wheel_jobs(n_cases, n_beds, names, diameters, has_cone):
     return [
         ("prepare_bed", {}, n_beds),
         ("steer_density", {}, n_cases if steered else 0),
+        ("lower_wheel", {}, n_beds if names else 0),
         *(("drive_wheel", {"slip": name}, n_beds) for name in names),
         *(("press_plate", {"diameter": diameter}, n_beds) for diameter in diameters),
         ("push_cone", {}, n_beds if has_cone else 0),

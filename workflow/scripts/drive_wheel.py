@@ -9,6 +9,6 @@ if __name__ == "__main__":
     wildcards, params = dict(snakemake.wildcards.items()), dict(snakemake.params.items())
     source = {"rule": snakemake.rule, **wildcards, **params}
     checkpoint = Checkpoint(params["checkpoint"], float(snakemake.resources.checkpoint_interval_s), source)
-    done = drive_wheel(params, wildcards["slip"], snakemake.input.bed, checkpoint)
+    done = drive_wheel(params, wildcards["slip"], snakemake.input.bed, snakemake.input.lowered, checkpoint)
     store(wildcards, *done, dict(snakemake.output.items()), "wheel", source)
     checkpoint.remove()

@@ -7,6 +7,6 @@ from virtual_soil.wheel.film import film_wheel
 if __name__ == "__main__":
     log_to(snakemake.log[0])
     wildcards, output = dict(snakemake.wildcards.items()), snakemake.output
-    frames = film_wheel(dict(snakemake.params.items()), wildcards["slip"], snakemake.input.bed)
+    frames = film_wheel(dict(snakemake.params.items()), wildcards["slip"], snakemake.input.bed, snakemake.input.lowered)
     title = f"{wildcards['case']}, slip {wildcards['slip']}"
     write_film(frames, title, output.film, output.series, output.moments, output.surfaces)

@@ -3,13 +3,16 @@
 import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 
 import numpy as np
 
-from dem import Grains, Simulation, SimulationError
+from dem import CheckpointError, Grains, Simulation, SimulationError, load_with_notes, save
 
 #: Steps between two looks, unless a test has its own rhythm.
 LOOK_STEPS = 500
+#: Key of stage and last step among the notes of a stored state.
+PLACE = "state"
 
 
 @dataclass
@@ -48,6 +51,22 @@ class State:
     def noted_grains(self, name: str) -> Grains:
         """The grains that were remembered under a name."""
         return Grains(**{key: np.asarray(self.notes[f"{name}.{key}"]) for key in Grains.__dataclass_fields__})
+
+
+def save_state(state: State, path: str | Path) -> None:
+    """Write a state to a file (`dem.save`), for `load_state`."""
+    save(state.simulation, path, state.notes | {PLACE: {"stage": state.stage, "end_step": state.end_step}})
+
+
+def load_state(path: str | Path) -> State:
+    """The state of a file of `save_state`.
+
+    Raises dem.CheckpointError if the file is damaged, holds no state, or was written by other source code.
+    """
+    simulation, notes = load_with_notes(path)
+    if PLACE not in notes:
+        raise CheckpointError(f"{path} holds no test in progress; delete it to begin anew.")
+    return State(simulation, **notes.pop(PLACE), notes=notes)
 
 
 def looks(each: Callable[[Simulation, str], None] | None, lost: str = ""):

@@ -221,11 +221,8 @@ def lowering_speed_m_s(shape: WheelShape, simulation: Simulation) -> float:
     return LOWERING_RATIO * math.sqrt(-simulation.gravity_m_s2[2] * shape.radius_m)
 
 
-def check(bed: SoilBed, soil: Soil, shape: WheelShape, test: WheelTest) -> list[str]:
-    """Warnings of a test that is coarse, too soft or too fast.
-
-    Raises ValueError, naming the size, if the grains are too large for the wheel or the wheel for the bed.
-    """
+def check(bed: SoilBed, soil: Soil, shape: WheelShape, test: WheelTest) -> None:
+    """Raise ValueError, naming the size, if the grains are too large for the wheel or the wheel for the bed."""
     d, setup, outer = 2.0 * soil.radius_m, bed.setup, shape.outer_radius_m
     spheres = shape.rim == "smooth" or soil.shape is None
     require(spheres, "rim of the wheel", repr(shape.rim), "'smooth' in a soil of clumps")
@@ -242,7 +239,11 @@ def check(bed: SoilBed, soil: Soil, shape: WheelShape, test: WheelTest) -> list[
     free_m = setup.length_m - RUT_RADII * outer
     allowed = f"at most {free_m / shape.radius_m:.3g}: the periodic bed would bring the wheel to its own rut"
     require(travel <= free_m * (1.0 + 1e-9), "travel_ratio of the wheel", test.travel_ratio, allowed)
-    return warn(coarse(soil, shape) + hasty(bed, soil, shape, test))
+
+
+def warnings_of(bed: SoilBed, soil: Soil, shape: WheelShape, test: WheelTest) -> list[str]:
+    """Warnings of a test that is coarse, too soft or too fast."""
+    return coarse(soil, shape) + hasty(bed, soil, shape, test)
 
 
 def coarse(soil: Soil, shape: WheelShape) -> list[str]:
@@ -287,7 +288,8 @@ def touching_height_m(grains: Grains, bed: SoilBed, shape: WheelShape, x_m: floa
 
 def start(bed: SoilBed, soil: Soil, shape: WheelShape, test: WheelTest, threads: int = 1) -> State:
     """The test at its beginning: a copy of the bed, and the wheel above it, about to be lowered."""
-    warnings, simulation = check(bed, soil, shape, test), bed.copy(threads)
+    check(bed, soil, shape, test)
+    simulation = bed.copy(threads)
     contact = soil.interaction(test.wheel_static_friction, test.wheel_rolling_friction)
     simulation.set_interaction("soil", TOOL_MATERIAL, contact)
     x, y = 0.5 * (bed.setup.length_m - test.travel_ratio * shape.radius_m), 0.5 * bed.setup.width_m
@@ -299,7 +301,6 @@ def start(bed: SoilBed, soil: Soil, shape: WheelShape, test: WheelTest, threads:
     limit = steps_in(LOWERING_RADII * shape.radius_m / slowest, simulation)
     state = State(simulation, "lower", simulation.n_steps + limit)
     state.notes |= {
-        "warnings": warnings,
         "samples": [],
         "max_overlap_ratio": 0.0,
         "begun_s": simulation.time_s,
@@ -433,6 +434,55 @@ def note_moment(state: State, name: str) -> None:
     state.notes[f"{name}.time_s"] = state.simulation.time_s
 
 
+def seen(bed: SoilBed, shape: WheelShape, test: WheelTest, each: Callable[[Simulation, str], None] | None):
+    """Function that makes a look for `State.go_on` of `ended(state, sample)`, which says if the stage is over.
+
+    The look first adds a sample to the history and calls `each(simulation, stage)`; it raises dem.SimulationError if grains are
+    below the floor.
+    """
+
+    def look(ended: Callable[[State, dict[str, float]], bool]) -> Callable[[State], bool]:
+        def call(state: State) -> bool:
+            simulation, sample = state.simulation, record(state, bed, shape, test)
+            state.notes["samples"] += [sample]
+            if each is not None:
+                each(simulation, state.stage)
+            if simulation.n_left:
+                raise SimulationError(f"{simulation.n_wholes_left} grains fell through the floor of the bed")
+            return ended(state, sample)
+
+        return call
+
+    return look
+
+
+def lower(
+    bed: SoilBed,
+    soil: Soil,
+    shape: WheelShape,
+    test: WheelTest,
+    each: Callable[[Simulation, str], None] | None = None,
+    *,
+    state: State | None = None,
+    keep: Callable[[State], None] | None = None,
+    threads: int = 1,
+) -> State:
+    """Lower a wheel on a copy of a bed; each, state, keep, threads, errors : as in `drive`, which goes on from the result.
+
+    What is held, slip and speeds play no part, so that all runs on a bed may start from the same lowered wheel. The stage of the
+    result is "lowered", or "not_lowered" if the soil did not carry the wheel in time.
+    """
+    state = start(bed, soil, shape, test, threads) if state is None else state
+
+    def carried(current: State, sample: dict[str, float]) -> bool:
+        slow = CARRIED_RATIO * lowering_speed_m_s(shape, current.simulation)
+        return sample["vertical_force_n"] > 0.5 * test.load_n and abs(sample["vertical_speed_m_s"]) < slow
+
+    is_carried = state.go_on(seen(bed, shape, test, each)(carried), keep)
+    state.begin("lowered" if is_carried else "not_lowered", 0)
+    return state
+
+
 def drive(
     bed: SoilBed,
     soil: Soil,
@@ -444,43 +494,30 @@ def drive(
     keep: Callable[[State], None] | None = None,
     threads: int = 1,
 ) -> WheelRun:
-    """Lower a wheel on a copy of a bed and drive it; or finish a test that was interrupted in a state, with the same bytes.
+    """Lower a wheel on a copy of a bed and drive it; or go on from a state, with the same bytes.
 
-    `each(simulation, stage)` is called at every look, then `keep(state)`, which may save the state (or raise, to stop). Results do
-    not depend on the number of threads.
+    state : of `lower`, or of a test that was interrupted; it is changed. `each(simulation, stage)` is called at every look, then
+    `keep(state)`, which may save the state (or raise, to stop). Results do not depend on the number of threads.
 
     Raises
     ------
     ValueError : grains too large for the wheel, or the wheel for the bed (`check`).
     dem.SimulationError : the run blew up, or grains fell through the floor.
     """
-    state = start(bed, soil, shape, test, threads) if state is None else state
-
-    def look(ended):
-        def call(current: State) -> bool:
-            simulation, sample = current.simulation, record(current, bed, shape, test)
-            current.notes["samples"] += [sample]
-            if each is not None:
-                each(simulation, current.stage)
-            if simulation.n_left:
-                raise SimulationError(f"{simulation.n_wholes_left} grains fell through the floor of the bed")
-            return ended(current, sample)
-
-        return call
-
-    def carried(current: State, sample: dict[str, float]) -> bool:
-        slow = CARRIED_RATIO * lowering_speed_m_s(shape, current.simulation)
-        return sample["vertical_force_n"] > 0.5 * test.load_n and abs(sample["vertical_speed_m_s"]) < slow
+    if state is None or state.stage == "lower":
+        state = lower(bed, soil, shape, test, each, state=state, keep=keep, threads=threads)
+    if state.stage in ("lowered", "not_lowered"):
+        warn(warnings_of(bed, soil, shape, test))
+    if state.stage == "lowered":
+        travel(state, shape, test)
 
     def near_floor(current: State, _: dict[str, float]) -> bool:
         note_travel(current, bed, test, shape)
         return current.notes["axle"][2] - shape.outer_radius_m < FLOOR_DIAMETERS * 2.0 * soil.radius_m
 
-    status = "not_lowered"
-    if state.stage == "lower" and state.go_on(look(carried), keep):
-        travel(state, shape, test)
-    if state.stage == "travel":
-        stopped = state.go_on(look(near_floor), keep, sample_steps(shape, test, state.simulation))
+    status = state.stage
+    if status == "travel":
+        stopped = state.go_on(seen(bed, shape, test, each)(near_floor), keep, sample_steps(shape, test, state.simulation))
         status = "bottomed" if stopped else "done"
     note_moment(state, "end")
     return result(state, bed, soil, shape, test, status)
@@ -524,7 +561,7 @@ def result(state: State, bed: SoilBed, soil: Soil, shape: WheelShape, test: Whee
         axles={name: np.asarray(notes[f"{name}.axle"]) for name in names},
         times_s={name: notes[f"{name}.time_s"] - began for name in names},
         rim=rim_of(notes),
-        warnings=list(notes["warnings"]),
+        warnings=warnings_of(bed, soil, shape, test),
         momentum_residual_ratio=unbalanced(state, before, after, test),
         work_j=work,
         dissipated_j=sum(work.values()) - kinetic - (after.potential_j - before.potential_j),

@@ -5,11 +5,11 @@ import json
 import os
 import signal
 import time
+from dataclasses import replace
 from pathlib import Path
 
-import dem
-from dem.checkpoint import load_with_notes
-from dem.experiments.state import State
+from dem import CheckpointError
+from dem.experiments.state import State, load_state, save_state
 
 #: Signals on which a job saves its state and ends: the first is sent by schedulers before SIGKILL, the second by Ctrl-C.
 SIGNALS = (signal.SIGTERM, signal.SIGINT)
@@ -45,17 +45,17 @@ class Checkpoint:
         if not self.path.exists():
             return None
         try:
-            simulation, notes = load_with_notes(self.path)
-        except (dem.CheckpointError, OSError) as error:
+            state = load_state(self.path)
+        except (CheckpointError, OSError) as error:
             print(f"begins anew: {error}")
             return None
-        job = notes.pop(JOB, None)
+        job = state.notes.pop(JOB, None)
         if not isinstance(job, dict) or job.get("identity") != self.identity:
             print(f"begins anew: {self.path} is a checkpoint of another simulation, or of other settings.")
             return None
         self.earlier_s = job["spent_s"]
-        print(f"goes on from {self.path}: {job['stage']}, step {simulation.n_steps}, after {self.earlier_s:.1f} s")
-        return State(simulation, job["stage"], job["end_step"], notes)
+        print(f"goes on from {self.path}: {state.stage}, step {state.simulation.n_steps}, after {self.earlier_s:.1f} s")
+        return state
 
     def keep(self, state: State) -> None:
         """Save the state at the saving interval. After a signal, or if Snakemake was killed, save at once and end the job."""
@@ -71,10 +71,10 @@ class Checkpoint:
 
     def save(self, state: State) -> None:
         """Save the state; if that fails, the simulation continues and the log reports it."""
-        job = {"identity": self.identity, "stage": state.stage, "end_step": state.end_step, "spent_s": self.spent_s}
+        job = {"identity": self.identity, "spent_s": self.spent_s}
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            dem.save(state.simulation, self.path, state.notes | {JOB: job})
+            save_state(replace(state, notes=state.notes | {JOB: job}), self.path)
         except OSError as error:
             print(f"no checkpoint at step {state.simulation.n_steps}: {error}")
 

@@ -133,7 +133,7 @@ def response_views(study: Study) -> dict:
     """Response surfaces and curves of equal response."""
     tables = study.tables
     radii = views.shown_radii(study.config["design"], tables["calibration"])
-    kinds = {"ours": study.models["chosen"], **({"polynomial": study.models["quadratic"]} if study.models["quadratic"] else {})}
+    kinds = {"ours": study.models["chosen"], "polynomial": views.others(study.models["quadratic"], study.models["chosen"])}
     if set(study.as_printed) == set(study.responses):
         kinds["published"] = published()
     points = {name: known_points(study.every, response) for name, response in study.responses.items()}

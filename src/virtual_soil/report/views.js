@@ -348,14 +348,22 @@
   const near = (value, radius, share = 0.02) => Math.abs(value / radius - 1) < share;
   const microns = (radius) => `${Number(radius.toPrecision(3))} µm`;
 
-  // Our own surrogate where a kind has none: the paper has no bulk density.
+  // The kinds that have a surrogate for one of these responses.
+  const kindsFor = (fields, names) => Object.entries(KINDS).filter(([kind]) => names.some((name) => fields[kind]?.[name]));
+  // The optimiser's where a kind has none of its own.
   const fieldOf = (fields, kind, response, k) => (fields[kind][response] ?? fields.ours[response])[k];
 
   async function surfaceView({ controls, plot, Plotly }) {
     const { surfaces, responses } = await views();
     const { static: s, rolling: r, radii_um: radii, fields, simulated } = surfaces;
-    const response = chooser(controls, "Response", Object.entries(responses), () => draw());
-    const kind = chooser(controls, "Surrogate", Object.entries(KINDS).filter(([name]) => fields[name]), () => draw());
+    const response = chooser(controls, "Response", Object.entries(responses), () => { offer(kind.value); return draw(); });
+    const kind = chooser(controls, "Surrogate", [], () => draw());
+    const offer = (last) => {
+      const kinds = kindsFor(fields, [response.value]);
+      kind.fill(kinds);
+      kind.value = kinds.some(([name]) => name === last) ? last : "ours";
+    };
+    offer("ours");
     const radius = slider(controls, "Radius", radii.length, (k) => microns(radii[k]), () => draw());
     radius.value = baseRadius(surfaces);
     zoomButtons(controls, turnable(plot, Plotly, "Response surface"));
@@ -399,7 +407,7 @@
     const { static: s, rolling: r, radii_um: radii, fields } = surfaces;
     const ofCase = () => { radius.value = iso[choice.value].radius; return draw(); };
     const choice = chooser(controls, "Case", Object.keys(iso).map((name) => [name, name]), ofCase);
-    const kind = chooser(controls, "Surrogate", Object.entries(KINDS).filter(([name]) => fields[name]), () => draw());
+    const kind = chooser(controls, "Surrogate", kindsFor(fields, Object.keys(responses)), () => draw());
     const radius = slider(controls, "Radius", radii.length, (k) => microns(radii[k]), () => draw());
     radius.value = iso[choice.value].radius;
     const curves = () => Object.keys(responses).flatMap((response, k) => {

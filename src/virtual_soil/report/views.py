@@ -134,6 +134,11 @@ def shown_radii(design: dict, calibration: pd.DataFrame) -> np.ndarray:
     return radii[np.diff(radii, prepend=0.0) > 1e-3 * radii]
 
 
+def others(models: dict, chosen: dict) -> dict:
+    """Those of some surrogates by response that are not the chosen ones, so that a view offers none twice."""
+    return {response: model for response, model in models.items() if model.model != chosen[response].model}
+
+
 def surface_view(kinds: dict[str, dict], radii_m: np.ndarray, points: dict[str, pd.DataFrame]) -> dict:
     """Every response over the friction grid at some radii; kinds: name -> {response: surrogate}; points: simulated ones."""
     ranges = next(iter(kinds["ours"].values())).ranges

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from dem.experiments import density, penetration, soil_bed, wheel
 from dem.experiments.penetration import Tool
 from dem.experiments.soil_bed import Setup
+from dem.experiments.wheel import WheelShape
 from virtual_soil.campaign import cost
 from virtual_soil.campaign.experiments.common import loose_column_m, time_step_s
 from virtual_soil.wheel.setups import press_test, refused, shape_of, soil_and_engine, test_of
@@ -32,6 +33,7 @@ FILMED_GRAIN_MB = cost.GRAIN_MB + 40 * 10 * 8e-6
 #: Jobs as the summary names them, one and several.
 NOUNS = {
     "steer_density": ("search for the density", "searches for the density"),
+    "lower_wheel": ("lowering of the wheel", "lowerings of the wheel"),
     "drive_wheel": ("run of the wheel", "runs of the wheel"),
     "press_plate": ("plate", "plates"),
     "push_cone": ("cone", "cones"),
@@ -72,17 +74,28 @@ def of_preparation(job: dict) -> Work:
     return column._replace(steps=(2 + HALVINGS) * column.steps)
 
 
+def of_lowering(job: dict, settings: dict) -> Work:
+    """Work of lowering the wheel; settings : section `wheel`. Raises CalibrationError if there is no such wheel."""
+    _, engine = soil_and_engine(job)
+    shape = shape_of(settings)
+    lowering_m_s = wheel.LOWERING_RATIO * math.sqrt(engine.gravity_m_s2 * shape.radius_m)
+    return under_wheel(job, shape, LOWERED_RADII * shape.radius_m / lowering_m_s)
+
+
 def of_wheel(job: dict, settings: dict, name: str) -> Work:
-    """Work of a run of the wheel, see `setups.run_names`; settings : section `wheel`, or its part in `setups.wheel_settings`.
+    """Work of the wheel's travel in a run, see `setups.run_names`; settings : section `wheel`.
 
     Raises CalibrationError if there is no such wheel or run.
     """
-    soil, engine = soil_and_engine(job)
     shape, test = shape_of(settings), test_of(settings, name)
-    lowering_m_s = wheel.LOWERING_RATIO * math.sqrt(engine.gravity_m_s2 * shape.radius_m)
-    work = on_bed(job, LOWERED_RADII * shape.radius_m / lowering_m_s + test.duration_s(shape.radius_m))
-    lining = len(shape.lining(soil.radius_m)) if shape.rim == "sandpaper" else 0
-    return work._replace(spheres=work.spheres + lining)
+    return under_wheel(job, shape, test.duration_s(shape.radius_m))
+
+
+def under_wheel(job: dict, shape: WheelShape, simulated_s: float) -> Work:
+    """Work of a bed under a wheel for a simulated time, with the grains on its rim."""
+    soil, _ = soil_and_engine(job)
+    work = on_bed(job, simulated_s)
+    return work._replace(spheres=work.spheres + (len(shape.lining(soil.radius_m)) if shape.rim == "sandpaper" else 0))
 
 
 def of_plate(job: dict, section: dict, diameter_m: float) -> Work:
@@ -128,6 +141,8 @@ def of_rule(rule: str, job: dict, sections: dict, wildcards: dict) -> Work:
             return of_plate(job, sections["plate"], float(wildcards["diameter"]))
         if rule == "push_cone":
             return of_cone(job, sections["cone"])
+        if rule == "lower_wheel":
+            return of_lowering(job, sections["wheel"])
         return of_wheel(job, sections["wheel"], wildcards["slip"])
 
 

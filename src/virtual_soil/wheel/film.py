@@ -10,7 +10,7 @@ from dem.experiments import wheel
 from dem.experiments.soil_bed import Setup
 from virtual_soil.campaign.recording import Film, Frame
 from virtual_soil.errors import InputError
-from virtual_soil.wheel.runs import bed_of
+from virtual_soil.wheel.runs import BROKE_OFF, bed_of, lowered_of
 from virtual_soil.wheel.setups import refused, shape_of, soil_and_engine, test_of
 
 #: Looks of the travel from one frame to the next: some 40 frames in all, so that a large bed's fit into memory.
@@ -42,17 +42,19 @@ def centred(frame: Frame, setup: Setup) -> Frame:
     return replace(frame, grains=replace(frame.grains, positions_m=places), walls=walls)
 
 
-def film_wheel(job: dict, name: str, bed_path: str) -> list[Frame]:
-    """Frames of the travel of a run, which is made again; job, name : as in `virtual_soil.wheel.runs.drive_wheel`.
+def film_wheel(job: dict, name: str, bed_path: str, lowered_path: str) -> list[Frame]:
+    """Frames of the travel of a run, which is made again; arguments as of `virtual_soil.wheel.runs.drive_wheel`.
 
     Raises InputError if the simulation breaks off, or the wheel does not travel.
     """
     soil, _ = soil_and_engine(job)
-    bed, shape, test = bed_of(bed_path), shape_of(job["wheel"]), test_of(job["wheel"], name)
+    bed, shape, test, lowered = bed_of(bed_path), shape_of(job["wheel"]), test_of(job["wheel"], name), lowered_of(lowered_path)
     film = Film("travel")
+    if lowered.stage == BROKE_OFF:
+        raise InputError(f"The wheel broke off while it was lowered: {lowered.notes['reason']}")
     try:
         with refused("wheel"):
-            wheel.drive(bed, soil, shape, test, Thinned(film, LOOKS_PER_FRAME))
+            wheel.drive(bed, soil, shape, test, Thinned(film, LOOKS_PER_FRAME), state=lowered)
     except (SimulationError, FloatingPointError) as error:
         raise InputError(f"The wheel at slip {name} broke off: {error}") from None
     if not film.frames:

@@ -1,4 +1,4 @@
-"""Jobs: a bed is prepared, a wheel driven, a plate or a cone pressed; resumed from checkpoints, with progress in the log."""
+"""Jobs: prepare a bed, lower and drive a wheel, press a plate or a cone; resumed from checkpoints, with progress in the log."""
 
 import math
 from collections.abc import Callable
@@ -10,6 +10,7 @@ from dem.experiments import penetration, soil_bed, wheel
 from dem.experiments.density import preparation_for
 from dem.experiments.penetration import Pressed
 from dem.experiments.soil_bed import Setup, SoilBed
+from dem.experiments.state import State, load_state, save_state
 from dem.experiments.wheel import WheelRun
 from virtual_soil.campaign.files import writing
 from virtual_soil.campaign.progress import Progress, Stage
@@ -18,7 +19,16 @@ from virtual_soil.campaign.simulate import one_row
 from virtual_soil.campaign.tables import read_table, write_table
 from virtual_soil.errors import InputError
 from virtual_soil.wheel.fields import tables_of
-from virtual_soil.wheel.setups import BETWEEN_WARNINGS, press_test, refused, shape_of, slip_named, soil_and_engine, test_of
+from virtual_soil.wheel.setups import (
+    BETWEEN_WARNINGS,
+    lowering_of,
+    press_test,
+    refused,
+    shape_of,
+    slip_named,
+    soil_and_engine,
+    test_of,
+)
 
 #: Stages of the tests, for the progress line.
 BED_STAGES = {"settle": Stage(), "rest": Stage()}
@@ -27,6 +37,8 @@ WHEEL_STAGES = {
     "travel": Stage(done=lambda _, n_looks: n_looks / wheel.N_SAMPLES, exact=True),
 }
 PRESS_STAGES = {"press": Stage(done=lambda _, n_looks: n_looks / penetration.N_SAMPLES, exact=True)}
+#: Stage of a lowered wheel whose simulation broke off.
+BROKE_OFF = "broke_off"
 #: Columns of the stored time series.
 WHEEL_HISTORY = (
     "time_s", "x_m", "sinkage_m", "drawbar_pull_n", "side_force_n", "vertical_force_n", "torque_n_m", "rim_rate_rad_s", "speed_m_s",
@@ -35,12 +47,13 @@ WHEEL_HISTORY = (
 PRESS_HISTORY = ("time_s", "depth_m", "force_n", "pressure_pa", "kinetic_energy_j", "overlap_ratio")
 
 
-def recorded(run: Callable, stages: dict[str, Stage], checkpoint: Checkpoint) -> tuple[Any, str]:
+def recorded(run: Callable, stages: dict[str, Stage], checkpoint: Checkpoint, begin: State | None = None) -> tuple[Any, str]:
     """Run a test, resuming its checkpoint if there is one; returns (result, ""), or (None, reason) if the simulation broke off.
 
-    Raises CalibrationError if the engine refuses the test. Ends the job after a signal.
+    begin : state in which the test begins without a checkpoint. Raises CalibrationError if the engine refuses the test. Ends the
+    job after a signal.
     """
-    state = checkpoint.state()
+    state = checkpoint.state() or begin
     try:
         with checkpoint.on_signals(), refused("wheel, plate or cone"):
             return run(each=Progress(stages), state=state, keep=checkpoint.keep), ""
@@ -116,14 +129,41 @@ def bed_of(path: str | Path) -> SoilBed:
         raise InputError(f"{path}: not a bed of this version ({error}) Delete it and run again.") from None
 
 
-def drive_wheel(job: dict, name: str, path: str, checkpoint: Checkpoint) -> tuple[dict, dict[str, dict]]:
-    """Drive the wheel over the bed of a file; returns (row of the run, name -> columns of its tables, empty if it broke off).
+def lower_wheel(job: dict, bed_path: str, path: str, checkpoint: Checkpoint) -> None:
+    """Lower the wheel on the bed of a file and write its state to a file, from which all runs on this bed go on.
+
+    job : `soil`, `grains`, `wheel` (of `lowering_settings`). If the simulation breaks off, the state says so.
+    """
+    soil, _ = soil_and_engine(job)
+    bed, shape, test = bed_of(bed_path), shape_of(job["wheel"]), lowering_of(job["wheel"])
+    state, reason = recorded(lambda **more: wheel.lower(bed, soil, shape, test, **more), WHEEL_STAGES, checkpoint)
+    if state is None:
+        state = wheel.start(bed, soil, shape, test)
+        state.begin(BROKE_OFF, 0)
+        state.notes["reason"] = reason
+    with writing(path):
+        save_state(state, path)
+
+
+def lowered_of(path: str | Path) -> State:
+    """The lowered wheel of a file; raises InputError if it is damaged, or was written by other source code."""
+    try:
+        return load_state(path)
+    except (CheckpointError, OSError) as error:
+        raise InputError(f"{path}: not a lowered wheel of this version ({error}) Delete it and run again.") from None
+
+
+def drive_wheel(job: dict, name: str, bed_path: str, lowered_path: str, checkpoint: Checkpoint) -> tuple[dict, dict[str, dict]]:
+    """Drive the wheel that was lowered on a bed; returns (row of the run, name -> columns of its tables, empty if it broke off).
 
     job : `soil`, `grains`, `engine`, `wheel` (of `wheel_settings`). name : of the run, see `run_names`.
     """
     soil, _ = soil_and_engine(job)
-    bed, shape, test = bed_of(path), shape_of(job["wheel"]), test_of(job["wheel"], name)
-    run, reason = recorded(lambda **more: wheel.drive(bed, soil, shape, test, **more), WHEEL_STAGES, checkpoint)
+    bed, shape, test, lowered = bed_of(bed_path), shape_of(job["wheel"]), test_of(job["wheel"], name), lowered_of(lowered_path)
+    if lowered.stage == BROKE_OFF:
+        run, reason = None, lowered.notes["reason"]
+    else:
+        run, reason = recorded(lambda **more: wheel.drive(bed, soil, shape, test, **more), WHEEL_STAGES, checkpoint, lowered)
     slip = slip_named(name)
     asked = {"held": test.held, "asked_slip": math.nan if slip is None else slip, "radius_m": shape.radius_m}
     rolling = soil.rolling_friction if test.wheel_rolling_friction is None else test.wheel_rolling_friction

@@ -19,11 +19,9 @@ WIDTH_TOLERANCE, OUTER_RATIO = 0.02, 1.5
 BETWEEN_WARNINGS = " | "
 #: Name of the only run of a wheel that is free to travel: it has no given slip.
 FREE = "free"
-#: Keys of section `wheel` that are arguments of `dem.experiments.wheel.WheelTest`.
-TESTED = (
-    *("load_n", "mass_kg", "held", "drawbar_load_n", "speed_m_s", "travel_ratio"),
-    *("wheel_static_friction", "wheel_rolling_friction"),
-)
+#: Keys of section `wheel` that are arguments of `dem.experiments.wheel.WheelTest`: on which the lowering depends, and all.
+LOWERED = ("load_n", "mass_kg", "travel_ratio", "wheel_static_friction", "wheel_rolling_friction")
+TESTED = (*LOWERED, "held", "drawbar_load_n", "speed_m_s")
 
 
 @contextlib.contextmanager
@@ -35,16 +33,6 @@ def refused(key: str):
         raise
     except ValueError as error:
         raise CalibrationError(f"{key}: {error}") from None
-
-
-@contextlib.contextmanager
-def without_warnings():
-    """Context manager: no warnings of the engine in the log; the jobs have them, each once."""
-    before, soil_bed.LOG.disabled = soil_bed.LOG.disabled, True
-    try:
-        yield
-    finally:
-        soil_bed.LOG.disabled = before
 
 
 def run_names(settings: dict) -> list[str]:
@@ -72,6 +60,11 @@ def bed_settings(settings: dict) -> dict:
 def wheel_settings(settings: dict) -> dict:
     """The part of section `wheel` that acts on a run of the wheel on a given bed, but for the slip."""
     return {name: settings[name] for name in ("shape", "mesh", *TESTED)}
+
+
+def lowering_settings(settings: dict) -> dict:
+    """The part of section `wheel` that acts on the lowering of the wheel on a given bed."""
+    return {name: settings[name] for name in ("shape", "mesh", *LOWERED)}
 
 
 def shape_of(settings: dict) -> WheelShape:
@@ -104,6 +97,12 @@ def test_of(settings: dict, name: str) -> WheelTest:
         return WheelTest(slip=slip_named(name), **{key: settings[key] for key in TESTED})
 
 
+def lowering_of(settings: dict) -> WheelTest:
+    """A test that begins as all runs do; settings : section `wheel`, or its part in `lowering_settings`."""
+    with refused("wheel"):
+        return WheelTest(slip=0.0, **{key: settings[key] for key in LOWERED})
+
+
 def press_test(section: dict) -> PressTest:
     """The test of section `plate` or `cone`."""
     return PressTest(**{key: section[key] for key in ("depth_m", "speed_m_s", "static_friction")})
@@ -132,5 +131,5 @@ def check_setups(settings: dict, job: dict) -> None:
     shape = shape_of(settings)
     for name in run_names(settings):
         test = test_of(settings, name)
-        with refused("wheel"), without_warnings():
+        with refused("wheel"):
             wheel.check(cast(SoilBed, stand_in), soil, shape, test)
