@@ -45,11 +45,15 @@ BETA, COMMON_COLUMNS = range(2)
 
 
 class Equivalent(NamedTuple):
-    """Effective radius (m) and mass (kg) of two grains, dashpot ratio."""
+    """Effective radius (m) and mass (kg) of two grains, dashpot ratio, and the normal law's `scale` (m^(1/4)).
+
+    Constants of springs and dashpots are for a deformation in units of scale^4.
+    """
 
     R_star: float
     m_star: float
     beta: float
+    scale: float
 
 
 class Numbers(NamedTuple):
@@ -120,7 +124,7 @@ def number_by_law(name):
 
 
 n_columns, n_constants, n_history = (number_by_law(name) for name in ("COLUMNS", "CONSTANTS", "HISTORY"))
-read, write = by_law("read"), by_law("write")
+read, scale, write = by_law("read"), by_law("scale"), by_law("write")
 touches, remember, deformation = by_law("touches"), by_law("remember"), by_law("deformation")
 normal_force, spring_force, attracted = by_law("normal_force"), by_law("spring_force"), by_law("attracted")
 normal_energy, torn_energy = by_law("normal_energy"), by_law("torn_energy")

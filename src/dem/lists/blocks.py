@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dem.contact.model import BETA, COMMON_COLUMNS, Equivalent, n_columns, n_constants, write
+from dem.contact.model import BETA, COMMON_COLUMNS, Equivalent, n_columns, n_constants, scale, write
 from dem.jit import jit, lean_jit
 from dem.layout import BLOCK, GEOMETRY, INV_R_SUM, INVERSE_MASS, MOTION, PLACE, RADIUS, SHARE
 
@@ -74,7 +74,8 @@ def finish_block(raw, c, n, laws):
         m_star = 1 / raw[INVERSE_MASSES * BLOCK + q]
         c[INV_R_SUM * BLOCK + q] = 1 / R_sum
         c[SHARE * BLOCK + q] = R_star / r_i
-        pair = Equivalent(R_star, m_star, raw[(RAW + BETA) * BLOCK + q])
+        unit = scale(laws.normal, raw, column_n * BLOCK + q, R_star)
+        pair = Equivalent(R_star, m_star, raw[(RAW + BETA) * BLOCK + q], unit)
         write(laws.normal, raw, column_n * BLOCK + q, c, row_n * BLOCK + q, pair)
         write(laws.tangential, raw, column_t * BLOCK + q, c, row_t * BLOCK + q, pair)
         write(laws.rolling, raw, column_r * BLOCK + q, c, row_r * BLOCK + q, pair)

@@ -111,7 +111,8 @@ E_STAR, R_STAR, WORK, VOLUME = 6.25e7, 25e-6, 0.02, 1e-3
 def constants_of(law, work, number=float):
     """A contact's constants in a number type, and the values that they were made of."""
     raw, c = np.array([E_STAR, work, VOLUME]).repeat(BLOCK), np.zeros(len(law.CONSTANTS) * BLOCK, number)
-    law.write(law.PARAMETERS(*(number(0.0) for _ in law.PARAMETERS._fields)), raw, 0, c, 0, Equivalent(R_STAR, 1e-9, 0.0))
+    nothing = law.PARAMETERS(*(number(0.0) for _ in law.PARAMETERS._fields))
+    law.write(nothing, raw, 0, c, 0, Equivalent(R_STAR, 1e-9, 0.0, law.scale(nothing, raw, 0, R_STAR)))
     return law.read(law.PARAMETERS(*(number(hertz.NO_BOUND) for _ in law.PARAMETERS._fields)), c, 0)
 
 

@@ -54,7 +54,7 @@ COLUMNS = ("E_star", "w", "volume")
 CONSTANTS = ("k_n", "c_n", "F_c", "inv_s", "inv_reach")
 #: 1 if a bridge has formed and not yet broken (the sign is that of the pair's order).
 HISTORY = ("touched",)
-deformation, spring_force, remember = hertz.deformation, hertz.spring_force, jkr.remember
+scale, deformation, spring_force, remember = hertz.scale, hertz.deformation, hertz.spring_force, jkr.remember
 WORDS = {
     "words": "Hertz spring with the dashpot of EDEM's Hertz-Mindlin model, and the pull of a liquid bridge (Willett 2000), from "
     "first touch until it breaks. Sliding and rolling are limited by the repulsive part.",

@@ -11,6 +11,7 @@ a_f = (pi w R*^2 / (8 E*))^(1/3) and the gap at tear-off delta_f = 3 a_f^2 / R*:
 
 In s = sqrt(1 + x) it is (y - 1)^2 (y^2 + 2 y + 3) = 3 s^2. Start: a rational function of s that has the right first two terms at
 either end and is within 4e-4 between; then one step of Halley's method (error of F below 1e-11 of the larger of F_c and F).
+Deformations count in units of that at tear-off, a_f^2 / R*: forces then are polynomials of y, and no division is needed for x.
 Grains feel nothing until they touch; contacts then hold to x = -1, wherever they are torn.
 Sliding and rolling see the repulsive part 4 E* a^3 / (3 R*), as EDEM's "positive repulsive part": a contact without load slides at
 4 mu_s F_c. The tangential spring and both dashpots see the contact radius a in place of sqrt(R* delta).
@@ -42,21 +43,21 @@ LEAST_RATIO = 1e-6
 class Jkr(NamedTuple):
     """Constants of a contact.
 
-    Spring and dashpot; fourth root of a_f^2 / R*, the deformation at tear-off, in m^(1/4): the gap there is three times as large;
-    `least` as in `dem.contact.laws.hertz.Hertz`. No more of them: the compiler gathers four values as a vector, and the loop is
-    then none.
+    Spring (N) and dashpot (kg/s) of a Hertz contact whose deformation counts in units of that at tear-off, a_f^2 / R* (`scale`);
+    inverse of the gap at tear-off (1/m); `least` as in `dem.contact.laws.hertz.Hertz`. No more of them: the compiler gathers four
+    values as a vector, and the loop is then none.
     """
 
     k_n: float
     c_n: float
-    fourth_f: float
+    inv_gap: float
     least: float
 
 
 PARAMETERS = Jkr
 PROPERTIES = ("restitution", "work_of_adhesion_j_m2")
 COLUMNS = ("E_star", "w")
-CONSTANTS = ("k_n", "c_n", "fourth_f")
+CONSTANTS = ("k_n", "c_n", "inv_gap")
 #: 1 if the grains have touched since they were last apart (the sign is that of the pair's order).
 HISTORY = ("touched",)
 # the repulsive part is that of a Hertz contact of the same radius
@@ -96,25 +97,25 @@ def read(law, c, o):
     return Jkr(c[o], c[o + B], c[o + 2 * B], law.least)
 
 
+def scale(law, raw, p, R_star):
+    """Fourth root of the deformation at tear-off, a_f^2 / R*, in m^(1/4)."""
+    R = float(R_star)
+    return math.sqrt(radius_at_tear_off(float(raw[p]), float(raw[p + B]), R) / math.sqrt(R))
+
+
 def write(law, raw, p, c, o, pair):
     """Turn the pair's columns, from p on in raw, into constants from o on."""
     E_star = float(raw[p])
     R_star = float(pair.R_star)
-    c[o] = hertz.stiffness(E_star, R_star)
-    c[o + B] = hertz.damping_constant(E_star, R_star, pair.m_star, pair.beta)
-    c[o + 2 * B] = math.sqrt(radius_at_tear_off(E_star, float(raw[p + B]), R_star) / math.sqrt(R_star))
-
-
-@lean_jit
-def gap_at_tear_off(fourth_f):
-    """delta_f in m."""
-    root_f = fourth_f * fourth_f
-    return type(fourth_f)(3.0) * root_f * root_f
+    square = pair.scale * pair.scale
+    c[o] = hertz.stiffness(E_star, R_star) * square * square * square
+    c[o + B] = hertz.damping_constant(E_star, R_star, pair.m_star, pair.beta) * pair.scale
+    c[o + 2 * B] = 1.0 / (3.0 * square * square)
 
 
 def touches(law, gap, overlap, h, o, zero):
     """True if the contact acts: with an overlap, or not yet torn off."""
-    return (gap > zero) | ((h[o] != zero) & (overlap > -gap_at_tear_off(law.fourth_f)))
+    return (gap > zero) | ((h[o] != zero) & (overlap * law.inv_gap > -type(zero)(1.0)))
 
 
 def remember(law, touching, h, o, one, zero):
@@ -137,20 +138,15 @@ def relative_root(x, like):
 
 
 def deformation(law, overlap, tiny):
-    """As `dem.contact.laws.hertz.deformation`: a^2 / R* and its roots, of which the fourth goes with y."""
-    fourth_root = law.fourth_f * relative_root(overlap / gap_at_tear_off(law.fourth_f), tiny)
+    """As `dem.contact.laws.hertz.deformation`, in units of that at tear-off: y^4 and its roots."""
+    fourth_root = relative_root(overlap * law.inv_gap, tiny)
     root = fourth_root * fourth_root
     return root * root, root, fourth_root
 
 
 def attracted(law, f_n, overlap, root, fourth_root):
-    """Normal force in N, from its repulsive part f_n.
-
-    The attraction sqrt(8 pi w E* a^3), with a = sqrt(R* D) and D the deformation, goes with D^(3/4). At tear-off, where the fourth
-    root of D is fourth_f, it is six times the repulsion k_n D^(3/2).
-    """
-    product = law.fourth_f * fourth_root
-    return f_n - type(root)(6.0) * law.k_n * (product * product * product)
+    """Normal force in N, from its repulsive part f_n = k_n y^6: the attraction is 6 k_n y^3."""
+    return f_n - type(root)(6.0) * law.k_n * (root * fourth_root)
 
 
 @lean_jit
@@ -161,13 +157,13 @@ def energy_along(y):
 
 @lean_jit
 def held_energy(law, y):
-    """Energy in J at y relative to first touch; F_c = 9 k_n fourth_f^6."""
-    return 9.0 * law.k_n * float(law.fourth_f) ** 6 * gap_at_tear_off(law.fourth_f) * (energy_along(y) - energy_along(Y_TOUCH))
+    """Energy in J at y relative to first touch; F_c = 9 k_n."""
+    return 9.0 * law.k_n / law.inv_gap * (energy_along(y) - energy_along(Y_TOUCH))
 
 
 def normal_energy(law, overlap, root):
     """Energy in J of the contact, zero at first touch."""
-    return held_energy(law, math.sqrt(float(root)) / law.fourth_f)
+    return held_energy(law, math.sqrt(float(root)))
 
 
 def torn_energy(law, h, o):

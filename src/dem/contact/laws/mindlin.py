@@ -75,8 +75,8 @@ def read(law, c, o):
 def write(law, raw, p, c, o, pair):
     """Turn the pair's columns, from p on in raw, into constants from o on."""
     G_star = raw[p]
-    c[o] = stiffness(G_star, pair.R_star)
-    c[o + B] = damping_constant(G_star, pair.R_star, pair.m_star, pair.beta)
+    c[o] = stiffness(G_star, pair.R_star) * (pair.scale * pair.scale)
+    c[o + B] = damping_constant(G_star, pair.R_star, pair.m_star, pair.beta) * pair.scale
     c[o + 2 * B] = raw[p + B]
 
 

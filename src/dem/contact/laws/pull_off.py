@@ -38,6 +38,7 @@ HISTORY = ()
 # the repulsive part, and when it acts, are those of the Hertz contact
 touches = hertz.touches
 remember = hertz.remember
+scale = hertz.scale
 deformation = hertz.deformation
 spring_force = hertz.spring_force
 normal_force = hertz.normal_force
