@@ -26,7 +26,9 @@ def page_of(folder, verdicts=SOUND, history=None, **run):
     histories["cone"] = [pressed(3e6, 1.0, 0.05)]
     measure = {"wheel": wheel_table, "plate": plate_table, "cone": cone_table}
     tables = {tool: measure[tool](runs[tool], histories[tool], BEDS) for tool in runs}
-    write_page(Results(verdicts, tables, runs, histories), folder / "wheel.md", folder / "wheel/figures")
+    soils = {"sand": {"radius_m": 1e-3, "static_friction": 0.5, "aspect_ratio": None}}
+    results = Results(verdicts, tables, runs, histories, soils=soils, engine={"gravity_m_s2": 9.81})
+    write_page(results, folder / "wheel.md", folder / "wheel/figures")
     return (folder / "wheel.md").read_text(encoding="utf-8")
 
 
@@ -37,6 +39,17 @@ def test_the_first_line_says_that_the_answer_is_confirmed(tmp_path):
     for figure in ("wheel", "wheel_over_time", "plate", "cone"):
         assert f"](wheel/figures/{figure}.png)" in text
         assert (tmp_path / f"wheel/figures/{figure}.png").stat().st_size > 5000
+
+
+def test_the_soil_card_has_the_grains_and_the_engine(tmp_path):
+    card = page_of(tmp_path).split("## Soil card")[1]
+    for line in (
+        "| `radius_m` | 0.001 |",
+        "| `static_friction` | 0.5 |",
+        "| `aspect_ratio` | – |",
+        "| `engine.gravity_m_s2` | 9.81 |",
+    ):
+        assert line in card
 
 
 def test_the_first_line_names_the_cases_that_are_not_confirmed(tmp_path):
@@ -175,16 +188,33 @@ def test_measured_points_and_the_handbooks_line_are_drawn_at_their_values():
     table = wheel_table(rows("wheel_run", seed=[1], radius_m=[0.1], asked_slip=[0.5]), [travelled(3.0)], BEDS)
     points = [SINKAGE, SINKAGE | {"case": "clay"}, point_of("drawbar_ratio", "misses", 0.0, 0.03, slip=0.9, measured_sd=0.01)]
     line = rows("wheel_handbook", case=["", ""], slip=[0.0, 0.5], sinkage_m=[0.021, 0.023], drawbar_ratio=[-0.2, np.nan])
-    pull, torque, sinkage = shown(figures.against_slip(table, pd.DataFrame(points), line))
+    pull, torque, sinkage, efficiency = shown(figures.against_slip(table, pd.DataFrame(points), line))
     assert pull["measured"].tolist() == [[0.9], [0.03]]
     assert sinkage["measured"] == pytest.approx(np.array([[0.5], [20.1]]))  # once, of two cases
     assert torque["measured"].size == 0
     names = [axes.get_ylabel() for axes in figures.against_slip(table, pd.DataFrame(points), line).axes]
-    assert names == ["drawbar pull over load", "torque over load and radius", "sinkage (mm)"]
+    assert names == ["drawbar pull over load", "torque over load and radius", "sinkage (mm)", "efficiency"]
+    assert "handbook" not in efficiency
     assert sinkage["handbook"] == pytest.approx(np.array([[0.0, 0.5], [21.0, 23.0]]))
     drawn = figures.against_slip(table, pd.DataFrame(points)).axes[0].containers[-1]
     ((low, high),) = (segment[:, 1] for segment in drawn[2][0].get_segments())
     assert (low, high) == (pytest.approx(0.02), pytest.approx(0.04))
+
+
+def test_only_a_wheel_that_pulls_has_an_efficiency():
+    runs = rows("wheel_run", seed=[1, 1], radius_m=[0.1, 0.1], asked_slip=[0.5, 0.2])
+    table = wheel_table(runs, [travelled(3.0), travelled(-1.0)], BEDS)
+    efficiency = shown(figures.against_slip(table))[3]
+    assert efficiency["sand, bed 1"] == pytest.approx(np.array([[0.5], [table["efficiency"].iloc[0]]]))
+
+
+def test_the_band_is_that_of_the_beds_scatter_or_of_the_runs_own_errors():
+    runs = pd.DataFrame({"asked_slip": [0.2, 0.2, 0.5], "x": [1.0, 3.0, 4.0], "x_error": [0.1, 0.1, 0.5]})
+    found = figures.means_of(runs, "x", "x_error")
+    assert found.loc[0.2].tolist() == pytest.approx([2.0, 0.0, 4.0])  # beds differ by 2: standard error 1
+    assert found.loc[0.5].tolist() == pytest.approx([4.0, 3.0, 5.0])
+    close = figures.means_of(runs.assign(x=[2.0, 2.0, 4.0]), "x", "x_error").loc[0.2]
+    assert close.tolist() == pytest.approx([2.0, 2.0 - 0.2 / np.sqrt(2.0), 2.0 + 0.2 / np.sqrt(2.0)])
 
 
 def test_measured_pressures_are_drawn_by_diameter():

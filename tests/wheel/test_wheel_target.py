@@ -221,6 +221,9 @@ def test_a_toy_wheel_runs_from_the_calibration_to_its_tables(tmp_path):
     assert not list(tmp_path.glob("results/toy/checkpoints/wheel/*"))
     page = (tmp_path / "results/toy/wheel.md").read_text(encoding="utf-8")
     assert page.startswith("The soil's answer is confirmed")
+    assert "| `static_friction` |" in page
+    whole = (tmp_path / "results/toy/wheel.html").read_text(encoding="utf-8")
+    assert whole.count('<img src="data:image/png;base64,') == page.count("](wheel/figures/")
     (found,) = read_table(str(tmp_path / "results/toy/wheel/sand/preparation.parquet"), "wheel_preparation").to_dict("records")
     assert found["bulk_density_kg_m3"] == pytest.approx(1320.0, abs=0.0031 * 2500.0)
     assert run["preparation_friction_ratio"] == found["preparation_friction_ratio"] != 1.0

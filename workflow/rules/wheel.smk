@@ -19,7 +19,7 @@ localrules:
 rule wheel:
     input:
         cost_told("wheel"),
-        f"{RESULTS}/wheel.md",
+        f"{RESULTS}/wheel.html",
 
 
 rule plate:
@@ -374,6 +374,7 @@ rule wheel_report:
         cone_histories=files_of(CONE_RUNS, "history"),
     output:
         page=f"{RESULTS}/wheel.md",
+        html=f"{RESULTS}/wheel.html",
         figures=expand(
             f"{RESULTS}/wheel/figures/{{figure}}.png",
             figure=[*TOOLS, "wheel_over_time", "rim", "rut", "field"],
@@ -382,6 +383,8 @@ rule wheel_report:
         f"{LOGS}/wheel/wheel_report.log",
     params:
         verdicts=verdicts,
+        soils=soils_under_tools,
+        engine=WHEEL_ENGINE,
         asked_density_kg_m3=WHEEL["bed"]["bulk_density_kg_m3"],
         sources=[WHEEL["measured"]["source"], PLATE["measured"]["source"]],
         code=CODE.of_script("wheel_report"),

@@ -14,7 +14,7 @@ localrules:
 
 rule check_wheel_soil:
     input:
-        f"{RESULTS}/wheel_check.md",
+        f"{RESULTS}/wheel_check.html",
 
 
 use rule prepare_bed as prepare_changed_bed with:
@@ -211,6 +211,7 @@ rule check_report:
         table=f"{RESULTS}/wheel_check.parquet",
     output:
         page=f"{RESULTS}/wheel_check.md",
+        html=f"{RESULTS}/wheel_check.html",
     log:
         f"{LOGS}/wheel/check_report.log",
     params:

@@ -52,6 +52,15 @@ def calibrated_soil(wildcards):
     return in_words(wheel_soil.soil_of_case, config, ANSWER, wildcards.case)
 
 
+def soils_under_tools(wildcards):
+    """Parameter function: case -> keys and values of its grains under the tools."""
+    soils = {
+        case: in_words(wheel_soil.soil_of_case, config, ANSWER, case)
+        for case in WHEEL_CASES
+    }
+    return {case: wheel_soil.card(soil, WHEEL_GRAINS) for case, soil in soils.items()}
+
+
 def wheel_job(soil, wheel=WHEEL):
     """What the scripts of wheel, plates and cone get, with a soil and a section `wheel`."""
     return {

@@ -10,7 +10,7 @@ localrules:
 rule wheel_spread:
     input:
         cost_told("wheel_spread"),
-        f"{RESULTS}/wheel_spread.md",
+        f"{RESULTS}/wheel_spread.html",
 
 
 rule measure_spread:
@@ -41,6 +41,7 @@ rule spread_report:
         table=f"{RESULTS}/wheel_spread.parquet",
     output:
         page=f"{RESULTS}/wheel_spread.md",
+        html=f"{RESULTS}/wheel_spread.html",
         answers=f"{RESULTS}/wheel_spread_answer.parquet",
         further=f"{RESULTS}/wheel_spread_further.parquet",
         picture=f"{RESULTS}/wheel/figures/wheel_spread.png",

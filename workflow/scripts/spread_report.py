@@ -4,6 +4,7 @@ from pathlib import Path
 
 from _log import log_to
 from virtual_soil.campaign.tables import read_table, write_table
+from virtual_soil.report.html_page import write_html
 from virtual_soil.wheel.spread_page import answer_table, further_table, write_page
 from virtual_soil.wheel.spread_runs import done_runs, family_of
 
@@ -18,3 +19,4 @@ if __name__ == "__main__":
     write_table(answers, output.answers, "wheel_spread_answer", source)
     write_table(further, output.further, "wheel_spread_further", source)
     write_page(runs, family, answers, further, Path(output.page), Path(output.picture))
+    write_html(output.page, output.html)

@@ -6,6 +6,7 @@ import matplotlib as mpl
 
 mpl.use("Agg")
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
@@ -23,6 +24,7 @@ AGAINST_SLIP = (
     ("drawbar_ratio", "drawbar_ratio_error", 1.0, "drawbar pull over load"),
     ("traction_coefficient", "traction_coefficient_error", 1.0, "torque over load and radius"),
     ("sinkage_m", "sinkage_error_m", 1e3, "sinkage (mm)"),
+    ("efficiency", "efficiency_error", 1.0, "efficiency"),
 )
 
 
@@ -33,11 +35,12 @@ def style(case: str, cases: list[str], seed_number: int) -> dict:
 
 
 def against_slip(table: pd.DataFrame, measured: pd.DataFrame | None = None, handbook: pd.DataFrame | None = None) -> Figure:
-    """Plot pull, torque and sinkage against slip, a point with its standard error for each run, and the beds' mean as a line.
+    """Plot pull, torque, sinkage and efficiency against slip, a point with its standard error for each run, means with their bands.
 
-    table, measured, handbook : of schemas wheel, wheel_measured, wheel_handbook. Bars of measurements are standard deviations.
+    Only a wheel that pulls has an efficiency. table, measured, handbook : of schemas wheel, wheel_measured, wheel_handbook. Bars of
+    measurements are standard deviations; for the bands see `means_of`.
     """
-    figure = Figure(figsize=(11.0, 3.6), layout="constrained")
+    figure = Figure(figsize=(14.0, 3.6), layout="constrained")
     done = table[table["status"] == "done"]
     done = done.assign(at=done["asked_slip"].fillna(done["slip"]))
     tests = None if measured is None else measured[measured["tool"] == "wheel"]
@@ -47,18 +50,22 @@ def against_slip(table: pd.DataFrame, measured: pd.DataFrame | None = None, hand
     for axes, (column, error, factor, label) in zip(figure.subplots(1, len(AGAINST_SLIP)), AGAINST_SLIP, strict=True):
         for case in cases:
             rows = done[done["case"] == case]
+            if column == "efficiency":
+                rows = rows[(rows["drawbar_pull_n"] > 0.0) & (rows["torque_n_m"] > 0.0)]
             for number, (seed, bed) in enumerate(rows.groupby("seed")):
                 errors = factor * bed[error]
                 points = {"linestyle": "", "capsize": 2, "label": f"{case}, bed {seed}"} | style(case, cases, number)
                 axes.errorbar(bed["at"], factor * bed[column], errors, **points)
             if rows["asked_slip"].notna().any():
-                means = rows.groupby("asked_slip")[column].mean()
-                axes.plot(means.index, factor * means, color=style(case, cases, 0)["color"], linewidth=0.9)
+                means, colour = factor * means_of(rows, column, error), style(case, cases, 0)["color"]
+                axes.plot(means.index, means["mean"], color=colour, linewidth=0.9)
+                axes.fill_between(means.index, means["low"], means["high"], color=colour, alpha=0.2, linewidth=0.0)
         if handbook is not None:
             for case, line in handbook.groupby("case", sort=False):
                 look = {"color": style(case, cases, 0)["color"] if case else MEASURED["color"], "linewidth": 1.0, "linestyle": "--"}
                 of_whom = "handbook" + (f", plates of {case}" if case else "")
-                axes.plot(line["slip"], factor * line[column], label=of_whom, **look)
+                if column in line:
+                    axes.plot(line["slip"], factor * line[column], label=of_whom, **look)
         if tests is not None:
             points = tests[tests["quantity"] == column].drop_duplicates("slip")
             axes.errorbar(points["slip"], factor * points["measured"], bars(factor, points), label="measured", **MEASURED)
@@ -69,6 +76,18 @@ def against_slip(table: pd.DataFrame, measured: pd.DataFrame | None = None, hand
     if figure.axes[0].get_legend_handles_labels()[1]:
         figure.axes[0].legend(fontsize="small")
     return figure
+
+
+def means_of(rows: pd.DataFrame, column: str, error: str) -> pd.DataFrame:
+    """Slip -> mean over the beds, and two standard errors below and above it.
+
+    The standard error is that of the scatter of the beds, or that of the runs' own errors, whichever is larger.
+    """
+    beds = rows.groupby("asked_slip")
+    n, own = beds[column].count(), (rows[error] ** 2).groupby(rows["asked_slip"]).mean()
+    half = 2.0 * np.sqrt(np.maximum(beds[column].var().fillna(0.0), own) / n)
+    mean = beds[column].mean()
+    return pd.DataFrame({"mean": mean, "low": mean - half, "high": mean + half})
 
 
 def bars(factor: float, points: pd.DataFrame) -> pd.Series:

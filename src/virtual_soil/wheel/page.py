@@ -20,12 +20,25 @@ LARGEST_RESIDUAL = 1e-5
 DENSITY_TOLERANCE = 0.015
 
 
+#: Name of a figure -> what it shows, for those who do not see it.
+SHOWN = {
+    "wheel": "Drawbar pull over load, torque over load and radius, sinkage, and efficiency against slip",
+    "wheel_over_time": "Drawbar pull and sinkage over time",
+    "rim": "Normal and shear stress along the rim",
+    "rut": "Map of the rut behind the wheel, and its depth along the middle",
+    "field": "Displacement and velocity of the grains in the wheel's middle plane",
+    "plate": "Pressure under the plates against sinkage",
+    "cone": "Resistance of the cone against depth",
+}
+
+
 @dataclass(frozen=True)
 class Results:
     """Tables by tool ("wheel", "plate", "cone"; those that were run), runs and histories one by one.
 
     verdicts : case -> prediction and match of its answer. measured : of schema wheel_measured, handbook : of schema wheel_handbook,
     if there are any. sources : of the measurements. asked_density_kg_m3 : bulk density that was asked for, if one was.
+    soils : case -> keys and values of its grains under the wheel. engine : settings of the engine.
     fields : "rim", "rut", "field" -> tables of the wheel's runs one by one.
     """
 
@@ -37,6 +50,8 @@ class Results:
     handbook: pd.DataFrame | None = None
     sources: tuple[str, ...] = ()
     asked_density_kg_m3: float | None = None
+    soils: dict[str, dict] = field(default_factory=dict)
+    engine: dict = field(default_factory=dict)
     fields: dict[str, list[pd.DataFrame]] = field(default_factory=dict)
 
 
@@ -57,6 +72,7 @@ def write_page(results: Results, page: Path, folder: Path) -> None:
             drawn = figures.pressed(results.runs[tool], results.histories[tool], tool, results.measured)
             parts += [f"## {tool.capitalize()}", linked(drawn, tool, page, folder), section(results.tables[tool])]
             parts += [softness(results.tables[tool]), warned(results.tables[tool])]
+    parts += soil_card(results.soils, results.engine)
     write_text(page, "\n\n".join(part.strip() for part in parts if part) + "\n")
 
 
@@ -64,7 +80,22 @@ def linked(figure: Figure, name: str, page: Path, folder: Path) -> str:
     """Save a figure; returns the link to it."""
     with writing(folder / f"{name}.png"):
         figure.savefig(folder / f"{name}.png", dpi=figures.DPI, metadata={"Software": None})
-    return f"![{name}]({(folder / f'{name}.png').relative_to(page.parent).as_posix()})"
+    return f"![{SHOWN[name]}]({(folder / f'{name}.png').relative_to(page.parent).as_posix()})"
+
+
+def soil_card(soils: dict[str, dict], engine: dict) -> list[str]:
+    """What the grains under the tools are, by the keys of the configuration, and how they were simulated."""
+    if not soils:
+        return []
+    keys = list(dict.fromkeys(key for values in soils.values() for key in values))
+    rows = [(f"`{key}`", *(shown(values.get(key)) for values in soils.values())) for key in keys]
+    settings = [(f"`engine.{key}`", *[shown(value)] * len(soils)) for key, value in engine.items()]
+    return ["## Soil card", markdown(("key", *soils), [*rows, *settings])]
+
+
+def shown(value) -> str:
+    """A setting in a table."""
+    return f"{value:.6g}" if isinstance(value, float) else "–" if value is None else str(value)
 
 
 def first_line(verdicts: dict[str, list[str]]) -> str:

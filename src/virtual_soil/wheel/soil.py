@@ -116,6 +116,11 @@ def soil_with(config: dict, values: dict[str, float]) -> dict:
     return {"row": row, **grading_of(config), **shape_of(config)}
 
 
+def card(soil: dict, grains: dict) -> dict:
+    """Keys and values of the grains under the tools; soil : of `soil_of_case`, grains : of `grain_settings`."""
+    return soil["row"] | grains | {key: value for key, value in soil.items() if key != "row"}
+
+
 def verdicts_of(calibration: str | Path, cases: list[str]) -> dict[str, list[str]]:
     """Case -> verdicts of its answer, prediction and match; plain values, a rule's parameter."""
     answers = {case: answer_of(calibration, case) for case in cases}
