@@ -11,9 +11,10 @@ import numpy as np
 
 from dem import shapes
 from dem.clumps.records import Clumps
-from dem.jit import inline_jit, lean_jit
+from dem.jit import inline_jit, jit, lean_jit
 from dem.layout import BLOCK as B
-from dem.layout import FORCE, LOAD, MOTION, UX, VX
+from dem.layout import FORCE, LOAD, MOTION, QX, UX, VX
+from dem.lists.slabs import SLABS, slab_numbers
 from dem.poses import Rigid
 from dem.shapes import ENDLESS_M, RECORD, Mesh, Wall
 from dem.shapes.wall import FIRST, SECOND
@@ -45,6 +46,18 @@ class Glued(NamedTuple):
     grain: np.ndarray
     body: np.ndarray
     arm: np.ndarray
+
+
+class Carried(NamedTuple):
+    """Loads of the glued grains since their bodies got them last.
+
+    loads (n, 6): force and Q in N, by the number in `Glued`. order (n,): those numbers slab by slab, begin (SLABS + 1,): the first
+    of each slab.
+    """
+
+    loads: np.ndarray
+    order: np.ndarray
+    begin: np.ndarray
 
 
 class Scene(NamedTuple):
@@ -146,16 +159,59 @@ def sum_forces(scene, force, used):
             scene.bodies.force[body, t] += total
 
 
+def nothing_carried(n_glued: int) -> Carried:
+    """Of n_glued grains."""
+    return Carried(np.zeros((n_glued, 6)), np.zeros(n_glued, np.int64), np.zeros(SLABS + 1, np.int64))
+
+
+@jit
+def sort_by_slab(glued, outer, carried):
+    """Put the glued grains in the order of the slabs of an outer list of pairs."""
+    begin, number = carried.begin, slab_numbers(outer)
+    begin[:] = 0
+    for k in range(glued.grain.shape[0]):
+        begin[1 + (number[glued.grain[k]] if number.shape[0] > 0 else 0)] += 1
+    begin[:] = np.cumsum(begin)
+    following = begin.copy()
+    for k in range(glued.grain.shape[0]):
+        s = number[glued.grain[k]] if number.shape[0] > 0 else 0
+        carried.order[following[s]] = k
+        following[s] += 1
+
+
+@lean_jit
+def take_loads(s, glued, loads, carried):
+    """Add the loads on the glued grains of slab s to those that their bodies will get, and clear them."""
+    zero = loads.dtype.type(0.0)
+    for j in range(carried.begin[s], carried.begin[s + 1]):
+        k = carried.order[j]
+        a = LOAD * glued.grain[k]
+        for t in range(3):
+            carried.loads[k, t] += loads[a + t]
+            carried.loads[k, 3 + t] += loads[a + QX + t]
+        for t in range(LOAD):
+            loads[a + t] = zero
+
+
+@lean_jit
+def wait_for_bodies(bodies, glued):
+    """True if a force drives a body that carries grains: they then move with the velocity that all loads together give it."""
+    for k in range(glued.grain.shape[0]):
+        for t in range(3):
+            if bodies.driven[glued.body[k], t] > 0:
+                return True
+    return False
+
+
 @inline_jit
-def carry_glued(grains, loads, scene):
-    """Add the loads on glued grains to their bodies, and give the grains the bodies' velocities."""
+def carry_glued(grains, carried, scene):
+    """Give bodies the forces on their glued grains, and the grains the bodies' velocities."""
     bodies, glued = scene.bodies, scene.glued
     for k in range(glued.grain.shape[0]):
         w = glued.body[k]
         i = MOTION * glued.grain[k]
-        a = LOAD * glued.grain[k]
         for t in range(3):
-            bodies.force[w, t] += loads[a + t]
+            bodies.force[w, t] += carried.loads[k, t]
             grains.motion[i + VX + t] = bodies.velocity[w, t]
             grains.motion[i + UX + t] = 0.0
             grains.remainder[i + VX + t] = 0.0

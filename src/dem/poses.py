@@ -14,7 +14,7 @@ from dem.clumps.motion import rotate_block, turn_block
 from dem.clumps.records import BLOCK as ROW
 from dem.clumps.records import INV_MOMENTS, MOMENTUM, QUATERNION, ROTATION, ROWS, SPIN, rotation_of
 from dem.jit import inline_jit, lean_jit
-from dem.layout import APPROACH, FORCE, LOAD, MOTION, PLACE, QX, RADIUS, SECOND_SPIN, SEPARATION, TWIST, UX, VX
+from dem.layout import APPROACH, FORCE, MOTION, PLACE, RADIUS, SECOND_SPIN, SEPARATION, TWIST, UX, VX
 from dem.layout import BLOCK as B
 from dem.lists.grid import nearest
 from dem.meshes.search import Grid
@@ -299,13 +299,13 @@ def add_slabs(poses, surfaces, torque, used):
 
 
 @inline_jit
-def turn_glued(rigid, grains, loads, scene):
-    """Add the torques of loads on glued grains to their bodies, and give the grains the motion of the turning bodies.
+def turn_glued(rigid, grains, carried, scene):
+    """Give bodies the torques of the loads on their glued grains, and the grains the motion of the turning bodies.
 
     After `dem.bodies.carry_glued`. rigid : None, or Rigid.
     """
     if rigid is not None:
-        turn_each(rigid.poses, grains, loads, scene.bodies, scene.glued)
+        turn_each(rigid.poses, grains, carried.loads, scene.bodies, scene.glued)
 
 
 @lean_jit
@@ -313,13 +313,13 @@ def turn_each(poses, grains, loads, bodies, glued):
     """As `turn_glued`."""
     number = grains.motion.dtype.type
     for k in range(glued.grain.shape[0]):
-        w, i, a, o = glued.body[k], MOTION * glued.grain[k], LOAD * glued.grain[k], PLACE * glued.grain[k]
+        w, i, o = glued.body[k], MOTION * glued.grain[k], PLACE * glued.grain[k]
         x, y, z = to_space(poses.rotation[w], glued.arm[k, 0], glued.arm[k, 1], glued.arm[k, 2])
         r, (wx, wy, wz) = grains.place[o + RADIUS], (poses.spin[w, 0], poses.spin[w, 1], poses.spin[w, 2])
-        fx, fy, fz = float(loads[a]), float(loads[a + 1]), float(loads[a + 2])
-        poses.torque[w, 0] += y * fz - z * fy + r * loads[a + QX]
-        poses.torque[w, 1] += z * fx - x * fz + r * loads[a + QX + 1]
-        poses.torque[w, 2] += x * fy - y * fx + r * loads[a + QX + 2]
+        fx, fy, fz = loads[k, 0], loads[k, 1], loads[k, 2]
+        poses.torque[w, 0] += y * fz - z * fy + r * loads[k, 3]
+        poses.torque[w, 1] += z * fx - x * fz + r * loads[k, 4]
+        poses.torque[w, 2] += x * fy - y * fx + r * loads[k, 5]
         grains.motion[i + VX] = number(bodies.velocity[w, 0] + wy * z - wz * y)
         grains.motion[i + VX + 1] = number(bodies.velocity[w, 1] + wz * x - wx * z)
         grains.motion[i + VX + 2] = number(bodies.velocity[w, 2] + wx * y - wy * x)

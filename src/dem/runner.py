@@ -6,11 +6,13 @@ from typing import cast
 import numpy as np
 
 from dem import ledger
+from dem.bodies import nothing_carried
 from dem.checks import SimulationError, behind_message, blow_up_message, room_beside_images
 from dem.contact.model import ContactModel, Model
 from dem.jit import DISABLED, set_num_threads
 from dem.layout import BLOCK, BUFFER, RADIUS, Access, Period, aligned_zeros
 from dem.lists.grid import cell_size, is_sound, sort_into_cells
+from dem.lists.pairs import WIDE_FROM, WIDEST
 from dem.lists.slabs import SLABS
 from dem.meshes.contacts import Near, new_near
 from dem.shapes import RECORD
@@ -76,12 +78,18 @@ class Runner:
 
     @property
     def largest_allowance(self) -> float:
-        """Largest outer allowance of a grain in m: in a periodic domain neither it nor a mesh is near two images of the other."""
+        """Largest outer allowance of a grain in m.
+
+        In a periodic domain neither it nor a mesh is near two images of the other; of many grains none needs too wide a cell.
+        """
         skin, period, largest = self.skin, self.state.period, float(self.state.places[:, RADIUS].max(initial=0.0))
         periods = period[period > 0]
         widest = 0.5 * (0.49 * periods.min() - 2.0 * largest) if len(periods) else math.inf
-        beside = room_beside_images(self.state.walls, period)
-        return float(max(min(2.0 * skin, widest, beside - largest - self.reach_m - 0.5 * skin), 0.5 * skin))
+        beside = room_beside_images(self.state.walls, period) - largest - self.reach_m - 0.5 * skin
+        within = math.inf
+        if self.state.n_grains >= WIDE_FROM:
+            within = 0.5 * (WIDEST * cell_size(self.state.grains, skin + self.reach_m) - self.reach_m) - largest
+        return float(max(min(2.0 * skin, widest, beside, within), 0.5 * skin))
 
     @property
     def speed_limit(self) -> float:
@@ -99,6 +107,7 @@ class Runner:
             geometry=np.zeros((STEPS_AT_ONCE, n_surfaces, RECORD)),
             force=np.zeros((SLABS, n_surfaces, 3)),
             torque=np.zeros((SLABS, n_surfaces, 3)),
+            carried=nothing_carried(len(self.state.glued.grain)),
             pace=np.zeros(loop.PACE),
             near=None if self.state.poses is None else new_near(n_contacts, self.n_triangles),
             threads=None if self.threads == 1 else True,

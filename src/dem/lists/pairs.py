@@ -29,6 +29,9 @@ from dem.lists.slabs import cut_slabs, used_slabs
 
 #: Cells are wider than the cutoff of common grains, so that rounding makes none of these a large one.
 WIDER = 1.0 + 1e-9
+#: From this number of grains on cells are as wide as those of the largest cutoff, if that is at most this many times as large: the
+#: slabs are then a cell thick, and so many that steps are fused (`dem.step.schedule`). Smaller beds only pay for wider cells.
+WIDE_FROM, WIDEST = 72_000, 1.25
 
 
 class Search(NamedTuple):
@@ -70,7 +73,10 @@ def find_pairs(grains, clumps, period, images, allowances, reach_m, least, outer
     """
     row, order = outer.row, outer.order
     cell = WIDER * cell_size(grains, 2.0 * least + reach_m)
-    reach = cells_of(farthest(grains, allowances) + 0.5 * reach_m, cell)
+    most = farthest(grains, allowances) + 0.5 * reach_m
+    if order.shape[0] >= WIDE_FROM and 2.0 * most <= WIDEST * cell:
+        cell = max(cell, WIDER * 2.0 * most)
+    reach = cells_of(most, cell)
     low, shape, start = sort_into_cells(grains, period, cell, order)
     cut_slabs(start, shape, reach, outer.slab)
     is_ring = period[0] > 0.0 and used_slabs(outer.slab) > 1

@@ -4,7 +4,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.bodies import carry_glued, fastest_body, geometry_ahead, move_bodies, sum_forces
+from dem.bodies import (
+    carry_glued,
+    fastest_body,
+    geometry_ahead,
+    move_bodies,
+    sort_by_slab,
+    sum_forces,
+    wait_for_bodies,
+)
 from dem.clumps.motion import collect_loads
 from dem.jit import inline_jit, lean_jit
 from dem.ledger import Ledger, book_step, note_step
@@ -60,7 +68,9 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
     """
     run = schedule.Run(state, scene, lists, model, scratch)
     pace = scratch.pace
-    begin(run, pace)
+    # members wait for the loads of their clumps, and the ledger books complete loads
+    moves = outputs.ledger is None and scene.clumps is None and not wait_for_bodies(scene.bodies, scene.glued)
+    begin(run, pace, moves)
     reason, done, n_rebuilds, n_prunings = FINISHED, 0, 0, 0
     clear_all(outputs.mean_force)
     clear_all(outputs.mean_torque)
@@ -75,14 +85,15 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
             reason = refresh_surfaces(run, pace, limits.skin)
         if reason != FINISHED:
             break
-        plan = next_plan(run, pace, limits.n_steps - done, outputs.ledger is None and scene.clumps is None)
+        plan = next_plan(run, pace, limits.n_steps - done, moves)
         note_step(run, outputs.ledger)
         geometry_ahead(scene, model.step_s, scratch.geometry[: plan.n_steps])
         schedule.steps(plan, run, scratch.threads)
         sum_forces(scene, scratch.force, used_slabs(lists.pairs.outer.slab))
         sum_torques(scene.rigid, scene.surfaces, scratch.torque, used_slabs(lists.pairs.outer.slab))
-        carry_glued(state.grains, state.loads, scene)
-        turn_glued(scene.rigid, state.grains, state.loads, scene)
+        if not plan.moves:
+            schedule.take_all_loads(run)
+        give_to_bodies(run)
         collect_loads(model.access.vector, state.grains, state.loads, scene.clumps)
         book_step(run, outputs.ledger)
         add_to(outputs.mean_force, scene.bodies.force)
@@ -101,11 +112,23 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
 
 
 @lean_jit
-def begin(run, pace):
-    """Set the pace before the first step: inner lists are due."""
+def begin(run, pace, moves):
+    """Set the pace before the first step: inner lists are due. moves : whether grains move within the steps, with their bodies."""
+    if run.scene.glued.grain.shape[0] > 0 and run.lists.age[0] < STALE:
+        sort_by_slab(run.scene.glued, run.lists.pairs.outer, run.scratch.carried)
+    if moves:
+        give_to_bodies(run)
     pace[TRAVEL], pace[LEFT], pace[BODY_TRAVEL], pace[BODY_LEFT] = 0.0, -1.0, 0.0, -1.0
     bodies, rigid = run.scene.bodies, run.scene.rigid
     pace[SPEED], pace[BODY_SPEED] = fastest_grain(run.state.grains), fastest_surface(rigid, bodies, fastest_body(bodies))
+
+
+@inline_jit
+def give_to_bodies(run):
+    """Give bodies the loads on their glued grains, and the grains the motion of the bodies."""
+    carry_glued(run.state.grains, run.scratch.carried, run.scene)
+    turn_glued(run.scene.rigid, run.state.grains, run.scratch.carried, run.scene)
+    clear_all(run.scratch.carried.loads)
 
 
 @lean_jit
@@ -158,11 +181,8 @@ def are_pairs_due(run, pace):
 
 
 @inline_jit
-def next_plan(run, pace, n_left, each_alone):
-    """Number of steps to fuse, at most n_left, and whether grains move within them; each_alone: no ledger, no clumps."""
-    # loads on glued grains go to their bodies, those on members to their clumps, and the ledger books complete loads: then all
-    # grains wait for all loads
-    moves = run.scene.glued.grain.shape[0] == 0 and each_alone
+def next_plan(run, pace, n_left, moves):
+    """Number of steps to fuse, at most n_left, and whether grains move within them, else they wait for all loads."""
     if not moves or run.scene.rigid is not None or is_driven(run.scene.bodies):
         return schedule.Plan(1, moves)
     dt, used = run.model.step_s, used_slabs(run.lists.pairs.outer.slab)
@@ -298,6 +318,8 @@ def rebuild(run, limits):
     carry_history(pairs.outer, pairs.spare, True)
     copy_list(pairs.spare, pairs.outer)
     cut_contacts(pairs.outer, n_pairs, pairs.contacts.begin)
+    if scene.glued.grain.shape[0] > 0:
+        sort_by_slab(scene.glued, pairs.outer, run.scratch.carried)
     lists.age[0] = 0.0
     return FINISHED
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.bodies import Scene, push
+from dem.bodies import Carried, Scene, push, take_loads
 from dem.clumps.motion import move_clumps
 from dem.contact.model import Model
 from dem.contact.stage import contact_stage
@@ -43,8 +43,8 @@ class Scratch(NamedTuple):
 
     buffers (groups in parallel, BUFFER x BLOCK), places (groups in parallel, 4 BLOCK) float64; speeds (steps, SLABS): largest speed
     of each slab's grains in each fused step; geometry (steps, surfaces, RECORD): surfaces in each fused step; force
-    and torque (SLABS, surfaces, 3): of each slab's grains, summed over the steps. pace: see `dem.step.loop`. near: None, or for
-    meshes. threads: None for one.
+    and torque (SLABS, surfaces, 3): of each slab's grains, summed over the steps. carried: of glued grains, likewise. pace: see
+    `dem.step.loop`. near: None, or for meshes. threads: None for one.
     """
 
     buffers: np.ndarray
@@ -53,6 +53,7 @@ class Scratch(NamedTuple):
     geometry: np.ndarray
     force: np.ndarray
     torque: np.ndarray
+    carried: Carried
     pace: np.ndarray
     near: Near | None
     threads: bool | None
@@ -217,6 +218,7 @@ def slab_forces(s, step, coming, run, thread):
 def move_slab(s, step, run):
     """Advance the grains of one slab; speeds[step, s] becomes their largest speed (m/s)."""
     outer, model, state = run.lists.pairs.outer, run.model, run.state
+    take_loads(s, run.scene.glued, state.loads, run.scratch.carried)
     which = outer.order[outer.slab[s] : outer.slab[s + 1]]
     run.scratch.speeds[step, s] = integrate(
         model.access.vector, state.grains, state.loads, which, run.scene.gravity, model.step_s, model.laws.numbers.zero
@@ -323,6 +325,13 @@ def steps(plan, run, threads):
     """
     for parity in range(2):
         on_groups(threads, (groups_of(used_slabs(run.lists.pairs.outer.slab)) + 1) // 2, (parity, plan, run))
+
+
+@lean_jit
+def take_all_loads(run):
+    """Take the loads on all glued grains, where the grains have not moved."""
+    for s in range(used_slabs(run.lists.pairs.outer.slab)):
+        take_loads(s, run.scene.glued, run.state.loads, run.scratch.carried)
 
 
 @inline_jit
