@@ -640,12 +640,13 @@ def test_grains_of_a_dense_packing_move_at_once_as_when_all_wait(shape, periodic
     assert results[0] == results[1]
 
 
-def long_packing(threads=1, periodic=False, driven=False, n_steps=50):
+def long_packing(threads=1, periodic=False, driven=False, n_steps=50, glued=False):
     """A lattice of slabs enough for most steps at once, slow enough too, and two grains about to meet; advanced by n_steps.
 
     Two walls move against the lattice. The two grains overlap after the first step.
 
-    driven : with one more wall, far away, that a force drives: then steps are made one by one.
+    driven : with one more wall, far away, that a force drives and to which a grain is glued: then steps are made one by one, and
+    grains wait for the loads of all. glued : the lowest layer belongs to the floor.
     """
     shape, spacing_m = (150, 29, 29), 1.999 * RADIUS_M
     size_m = np.array(shape) * spacing_m
@@ -659,23 +660,31 @@ def long_packing(threads=1, periodic=False, driven=False, n_steps=50):
         walls.append(dem.Box(name="away", material="soil", low_m=(5, 5, 5), high_m=(6, 6, 6), drive=drive))
     s = make(walls, threads=threads, period_m=(size_m[0] if periodic else 0.0, 0.0, 0.0))
     places = spacing_m * np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), -1).reshape(-1, 3)
-    rng = np.random.default_rng(1)
-    s.add_grains(places, RADIUS_M, "soil", rng.normal(0, 0.01, places.shape), rng.normal(0, 10.0, places.shape))
+    rng, lowest = np.random.default_rng(1), np.flatnonzero(places[:, 2] == 0.0)
+    velocities, spins = rng.normal(0, 0.01, places.shape), rng.normal(0, 10.0, places.shape)
+    if glued:
+        velocities[lowest], spins[lowest] = walls[0].velocity_m_s, 0.0
+    s.add_grains(places, RADIUS_M, "soil", velocities, spins)
     speed_m_s = 5e-4 * RADIUS_M / s.time_step_s
     pair = size_m / 2 + [[0, 0, size_m[2]], [2.0005 * RADIUS_M, 0, size_m[2]]]
     s.add_grains(pair, RADIUS_M, "soil", [[speed_m_s, 0, 0], [-speed_m_s, 0, 0]])
+    s.add_grains(size_m / 2 + [0, 0, 2 * size_m[2]], RADIUS_M, "soil")
+    if driven:
+        s.glue([len(places) + 2], "away")
+    if glued:
+        s.glue(lowest, "floor")
     s.advance(n_steps)
     _, n_left = allowance.allow_inner(s._state.grains, s._state.lists, s.time_step_s, s._runner.skin, s._runner.reach_m)
     assert loop.steps_within(n_left, 1.0, slabs.used_slabs(s._state.lists.pairs.outer.slab)) == schedule.STEPS_AT_ONCE
     return s
 
 
-@pytest.mark.parametrize("periodic", [False, True])
-def test_steps_made_at_once_are_those_made_one_by_one(periodic):
+@pytest.mark.parametrize(("periodic", "glued"), [(False, False), (True, False), (True, True)])
+def test_steps_made_at_once_are_those_made_one_by_one(periodic, glued):
     """But for the order in which the loads on a grain are summed: its velocities are good to a few 1e-7."""
-    at_once, one_by_one = (long_packing(periodic=periodic, driven=driven) for driven in (False, True))
+    at_once, one_by_one = (long_packing(periodic=periodic, driven=driven, glued=glued) for driven in (False, True))
     for name, scale in (("velocities_m_s", 0.1), ("positions_m", RADIUS_M), ("angular_velocities_rad_s", 100.0)):
-        a, b = getattr(at_once.grains, name), getattr(one_by_one.grains, name)
+        a, b = (getattr(s.grains, name)[:-1] for s in (at_once, one_by_one))  # all but the grain that is glued in one of them
         assert np.abs(a - b).max() < 1e-5 * scale, name
     for name, force in at_once.mean_wall_forces_n.items():
         assert np.abs(force).max() > 0.1
@@ -684,7 +693,7 @@ def test_steps_made_at_once_are_those_made_one_by_one(periodic):
 
 @pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one processor core")
 def test_steps_made_at_once_give_the_same_bytes_for_any_number_of_threads():
-    one, two = (long_packing(threads) for threads in (1, 2))
+    one, two = (long_packing(threads, glued=True) for threads in (1, 2))
     for a, b in zip(one._state.grains, two._state.grains, strict=True):
         assert a.tobytes() == b.tobytes()
     assert one.mean_wall_forces_n["floor"].tobytes() == two.mean_wall_forces_n["floor"].tobytes()
@@ -829,6 +838,18 @@ def test_a_glued_grain_meets_a_free_one_in_time():
     simulation.move_wall("floor", (0.0, 0.0, 0.5))
     simulation.run(3 * RADIUS_M / 0.5)
     assert simulation.grains.velocities_m_s[1, 2] == pytest.approx(0.75, rel=0.02)
+
+
+def test_a_glued_grain_stays_where_it_is_on_a_wall_that_changes_its_speed():
+    simulation = make([floor()])
+    simulation.add_grains([(0.0, 0.0, 1.5 * RADIUS_M)], RADIUS_M, "soil")
+    simulation.glue([0], "floor")
+    above = simulation.grains.positions_m[0, 2] - simulation.wall("floor").high_m[2]
+    for speed_m_s in (0.5, -0.2, 0.0, 0.1):
+        simulation.move_wall("floor", (0.0, 0.0, speed_m_s))
+        simulation.advance(3)
+        assert simulation.grains.positions_m[0, 2] - simulation.wall("floor").high_m[2] == pytest.approx(above, abs=1e-9)
+    assert simulation.grains.velocities_m_s[0, 2] == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize("state", ["falling", "at rest", "floor strikes", "tube lifted", "tube far away"])
