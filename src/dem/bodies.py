@@ -204,14 +204,21 @@ def wait_for_bodies(bodies, glued):
 
 
 @inline_jit
-def carry_glued(grains, carried, scene):
-    """Give bodies the forces on their glued grains, and the grains the bodies' velocities."""
+def give_forces(carried, scene):
+    """Give bodies the forces on their glued grains."""
+    for k in range(scene.glued.grain.shape[0]):
+        for t in range(3):
+            scene.bodies.force[scene.glued.body[k], t] += carried.loads[k, t]
+
+
+@inline_jit
+def carry_glued(grains, scene):
+    """Give glued grains the velocities of their bodies."""
     bodies, glued = scene.bodies, scene.glued
     for k in range(glued.grain.shape[0]):
         w = glued.body[k]
         i = MOTION * glued.grain[k]
         for t in range(3):
-            bodies.force[w, t] += carried.loads[k, t]
             grains.motion[i + VX + t] = bodies.velocity[w, t]
             grains.motion[i + UX + t] = 0.0
             grains.remainder[i + VX + t] = 0.0

@@ -49,6 +49,17 @@ class Poses(NamedTuple):
     work: np.ndarray
 
 
+class Ahead(NamedTuple):
+    """Poses of n bodies now and after each of the next steps, at constant velocity and rate of turn.
+
+    position (steps, n, 3) and rotation (steps, n, 9) as in `Poses`; quaternion (n, 4) after the last of them.
+    """
+
+    position: np.ndarray
+    rotation: np.ndarray
+    quaternion: np.ndarray
+
+
 class Rigid(NamedTuple):
     """What kernels read of bodies that turn, and of meshes."""
 
@@ -110,12 +121,18 @@ def turn(poses, w, dt):
         rate = (rate + dt * push / poses.inertia[w, 0]) / (1.0 + dt * poses.damping[w] / poses.inertia[w, 0])
         for t in range(3):
             poses.spin[w, t] = rate * poses.axis[w, t]
-    wx, wy, wz = poses.spin[w, 0], poses.spin[w, 1], poses.spin[w, 2]
+    turn_at_rate(poses.spin[w], poses.quaternion[w], poses.rotation[w], poses.work, dt)
+
+
+@lean_jit
+def turn_at_rate(spin, quaternion, rotation, work, dt):
+    """Turn a body by one step at its rate; overwrites quaternion and rotation. work : as in `Poses`."""
+    wx, wy, wz = spin[0], spin[1], spin[2]
     rate = math.sqrt(wx * wx + wy * wy + wz * wz)
     if rate > 0.0:
         sin = math.sin(0.5 * rate * dt) / rate
-        turn_by(poses.quaternion[w], math.cos(0.5 * rate * dt), sin * wx, sin * wy, sin * wz)
-        set_rotation(poses, w)
+        turn_by(quaternion, math.cos(0.5 * rate * dt), sin * wx, sin * wy, sin * wz)
+        set_rotation(quaternion, rotation, work)
 
 
 @lean_jit
@@ -130,13 +147,13 @@ def turn_by(q, a, b, c, d):
 
 
 @lean_jit
-def set_rotation(poses, w):
-    """Set the rotation of body w by its quaternion."""
+def set_rotation(quaternion, rotation, work):
+    """Set the rotation of a body by its quaternion."""
     for t in range(4):
-        poses.work[(QUATERNION + t) * ROW] = poses.quaternion[w, t]
-    rotate_block(1, poses.work)
+        work[(QUATERNION + t) * ROW] = quaternion[t]
+    rotate_block(1, work)
     for t in range(9):
-        poses.rotation[w, t] = poses.work[(ROTATION + t) * ROW]
+        rotation[t] = work[(ROTATION + t) * ROW]
 
 
 @lean_jit
@@ -181,6 +198,80 @@ def turn_all(poses, grains, scene, dt):
         grains.place[i] = poses.position[w, 0] + x
         grains.place[i + 1] = poses.position[w, 1] + y
         grains.place[i + 2] = poses.position[w, 2] + z
+
+
+def no_poses(n_steps: int, n_bodies: int) -> Ahead:
+    """Space for the poses of n_steps steps."""
+    return Ahead(np.zeros((n_steps, n_bodies, 3)), np.zeros((n_steps, n_bodies, 9)), np.zeros((n_bodies, 4)))
+
+
+@inline_jit
+def poses_ahead(rigid, bodies, dt, ahead, n_steps):
+    """Fill `ahead` for n_steps steps. rigid : None, or Rigid; ahead : None, or Ahead."""
+    if rigid is not None:
+        look_ahead(rigid.poses, bodies.velocity, dt, ahead, n_steps)
+
+
+@lean_jit
+def look_ahead(poses, velocity, dt, ahead, n_steps):
+    """As `poses_ahead`."""
+    for w in range(poses.size.shape[0]):
+        for t in range(4):
+            ahead.quaternion[w, t] = poses.quaternion[w, t]
+        for k in range(n_steps):
+            for t in range(3):
+                ahead.position[k, w, t] = ahead.position[k - 1, w, t] + velocity[w, t] * dt if k else poses.position[w, t]
+            for t in range(9):
+                ahead.rotation[k, w, t] = ahead.rotation[k - 1, w, t] if k else poses.rotation[w, t]
+            if k:
+                turn_at_rate(poses.spin[w], ahead.quaternion[w], ahead.rotation[k, w], poses.work, dt)
+
+
+@inline_jit
+def rigid_at(rigid, ahead, step):
+    """What kernels read of bodies in one of the fused steps. rigid : None, or Rigid; ahead : None, or Ahead."""
+    if rigid is None:
+        return None
+    else:  # noqa: RET505  # numba prunes the branch of a missing type only in this form
+        p = rigid.poses
+        poses = Poses(
+            ahead.position[step],
+            p.quaternion,
+            ahead.rotation[step],
+            p.spin,
+            p.torque,
+            p.control,
+            p.axis,
+            p.inertia,
+            p.applied,
+            p.damping,
+            p.momentum,
+            p.size,
+            p.work,
+        )
+        return Rigid(poses, rigid.triangles, rigid.grid)
+
+
+@inline_jit
+def keep_turning(rigid, glued):
+    """True if all bodies turn as prescribed, and none that turns carries grains. rigid : None, or Rigid."""
+    if rigid is None:
+        return True
+    else:  # noqa: RET505  # numba prunes the branch of a missing type only in this form
+        return have_no_drive(rigid.poses, glued)
+
+
+@lean_jit
+def have_no_drive(poses, glued):
+    """As `keep_turning`."""
+    for w in range(poses.size.shape[0]):
+        if poses.control[w] != PRESCRIBED:
+            return False
+    for k in range(glued.body.shape[0]):
+        for t in range(3):
+            if poses.spin[glued.body[k], t] != 0.0:
+                return False
+    return True
 
 
 @inline_jit
@@ -299,27 +390,39 @@ def add_slabs(poses, surfaces, torque, used):
 
 
 @inline_jit
-def turn_glued(rigid, grains, carried, scene):
-    """Give bodies the torques of the loads on their glued grains, and the grains the motion of the turning bodies.
-
-    After `dem.bodies.carry_glued`. rigid : None, or Rigid.
-    """
+def give_torques(rigid, grains, carried, glued):
+    """Give bodies the torques of the loads on their glued grains. rigid : None, or Rigid."""
     if rigid is not None:
-        turn_each(rigid.poses, grains, carried.loads, scene.bodies, scene.glued)
+        add_torques_of(rigid.poses, grains, carried.loads, glued)
 
 
 @lean_jit
-def turn_each(poses, grains, loads, bodies, glued):
+def add_torques_of(poses, grains, loads, glued):
+    """As `give_torques`."""
+    for k in range(glued.grain.shape[0]):
+        w, r = glued.body[k], grains.place[PLACE * glued.grain[k] + RADIUS]
+        x, y, z = to_space(poses.rotation[w], glued.arm[k, 0], glued.arm[k, 1], glued.arm[k, 2])
+        fx, fy, fz = loads[k, 0], loads[k, 1], loads[k, 2]
+        poses.torque[w, 0] += y * fz - z * fy + r * loads[k, 3]
+        poses.torque[w, 1] += z * fx - x * fz + r * loads[k, 4]
+        poses.torque[w, 2] += x * fy - y * fx + r * loads[k, 5]
+
+
+@inline_jit
+def turn_glued(rigid, grains, scene):
+    """Give glued grains the motion of the turning bodies. After `dem.bodies.carry_glued`. rigid : None, or Rigid."""
+    if rigid is not None:
+        turn_each(rigid.poses, grains, scene.bodies, scene.glued)
+
+
+@lean_jit
+def turn_each(poses, grains, bodies, glued):
     """As `turn_glued`."""
     number = grains.motion.dtype.type
     for k in range(glued.grain.shape[0]):
         w, i, o = glued.body[k], MOTION * glued.grain[k], PLACE * glued.grain[k]
         x, y, z = to_space(poses.rotation[w], glued.arm[k, 0], glued.arm[k, 1], glued.arm[k, 2])
         r, (wx, wy, wz) = grains.place[o + RADIUS], (poses.spin[w, 0], poses.spin[w, 1], poses.spin[w, 2])
-        fx, fy, fz = loads[k, 0], loads[k, 1], loads[k, 2]
-        poses.torque[w, 0] += y * fz - z * fy + r * loads[k, 3]
-        poses.torque[w, 1] += z * fx - x * fz + r * loads[k, 4]
-        poses.torque[w, 2] += x * fy - y * fx + r * loads[k, 5]
         grains.motion[i + VX] = number(bodies.velocity[w, 0] + wy * z - wz * y)
         grains.motion[i + VX + 1] = number(bodies.velocity[w, 1] + wz * x - wx * z)
         grains.motion[i + VX + 2] = number(bodies.velocity[w, 2] + wx * y - wy * x)

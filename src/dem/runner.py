@@ -15,6 +15,7 @@ from dem.lists.grid import cell_size, is_sound, sort_into_cells
 from dem.lists.pairs import WIDE_FROM, WIDEST
 from dem.lists.slabs import SLABS
 from dem.meshes.contacts import Near, new_near
+from dem.poses import no_poses
 from dem.shapes import RECORD
 from dem.state import SimulationState
 from dem.step import loop
@@ -107,6 +108,7 @@ class Runner:
             geometry=np.zeros((STEPS_AT_ONCE, n_surfaces, RECORD)),
             force=np.zeros((SLABS, n_surfaces, 3)),
             torque=np.zeros((SLABS, n_surfaces, 3)),
+            ahead=None if self.state.poses is None else no_poses(STEPS_AT_ONCE, n_surfaces),
             carried=nothing_carried(len(self.state.glued.grain)),
             pace=np.zeros(loop.PACE),
             near=None if self.state.poses is None else new_near(n_contacts, self.n_triangles),

@@ -68,6 +68,55 @@ def test_two_threads_and_a_resumed_run_give_the_same_bytes(tmp_path):
     assert (numbers(other) == numbers(simulation)).all()
 
 
+def long_bed(waits=False, threads=1):
+    """A bed of slabs enough for many steps at once, its lowest layer glued to the floor, under a turning wheel that is pressed.
+
+    waits : with one more grain, on a wall that a force drives: then steps are made one by one, and grains wait for all loads.
+    """
+    shape, spacing = (150, 29, 29), np.array([1.999e-3, PERIOD_M / 29, 1.999e-3])
+    places = spacing * np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), -1).reshape(-1, 3)
+    places += (0.0, 0.0, 0.9995e-3)
+    lowest, top = np.flatnonzero(places[:, 2] < 1e-3), places[:, 2].max() + RADIUS_M
+    walls, rng = [FLOOR], np.random.default_rng(1)
+    velocities = rng.normal(0.0, 0.01, places.shape)
+    velocities[lowest] = 0.0
+    if waits:
+        drive = dem.Drive(axis=0, applied_force_n=1.0, mass_kg=1.0)
+        walls.append(dem.Box(name="away", material="soil", low_m=(5, -np.inf, 5), high_m=(6, np.inf, 6), drive=drive))
+    simulation = scene(walls, threads=threads)
+    simulation.add_grains(places, RADIUS_M, "soil", velocities)
+    if waits:
+        simulation.add_grains((4.0, 0.0, 4.0), RADIUS_M, "soil")
+        simulation.glue([len(places)], "away")
+    simulation.glue(lowest, "floor")
+    wheel = solids.wheel(0.02, 0.02, 0, 0.0, 0.0, 120, position_m=(0.15, 0.5 * PERIOD_M, top + 0.02 - 0.05e-3))
+    press = dem.Drive(axis=2, applied_force_n=-1.0, mass_kg=50.0)
+    simulation.add_wall(
+        body(wheel, "wheel", drives=(press,), velocity_m_s=(0.1, 0.0, -0.05), angular_velocity_rad_s=(0.0, 20.0, 0.0))
+    )
+    simulation.advance(96)
+    return simulation
+
+
+def test_steps_under_a_driven_wheel_that_turns_are_those_made_one_by_one():
+    """But for rounding, and for the wheel's own change of speed within a few steps, far less than the grains feel."""
+    at_once, one_by_one = long_bed(), long_bed(waits=True)
+    n = at_once.n_grains
+    for name, scale in (("velocities_m_s", 0.1), ("positions_m", RADIUS_M), ("angular_velocities_rad_s", 100.0)):
+        a, b = (getattr(simulation.grains, name)[:n] for simulation in (at_once, one_by_one))
+        assert np.abs(a - b).max() < 1e-4 * scale, name
+    for name in ("wheel", "floor"):
+        force, torque = at_once.mean_wall_forces_n[name], at_once.mean_wall_torques_n_m[name]
+        assert force == pytest.approx(one_by_one.mean_wall_forces_n[name], rel=1e-4, abs=1e-4)
+        assert torque == pytest.approx(one_by_one.mean_wall_torques_n_m[name], rel=1e-4, abs=1e-6)
+    assert at_once.mean_wall_forces_n["wheel"][2] > 0.05
+    a, b = (simulation.wall("wheel") for simulation in (at_once, one_by_one))
+    assert a.velocity_m_s[2] == pytest.approx(b.velocity_m_s[2], rel=1e-7)
+    assert a.velocity_m_s[2] != pytest.approx(-0.05, rel=1e-5)
+    assert a.orientation == pytest.approx(b.orientation, abs=1e-12)
+    assert a.position_m == pytest.approx(b.position_m, abs=1e-9)
+
+
 def test_grains_see_the_nearest_image_of_a_mesh():
     def rolled(shift):
         simulation = scene([body(solids.box((0.03, 0.03, 0.01), position_m=(0.0, shift, -0.005)))])

@@ -1,5 +1,6 @@
 """The time loop: the only place where the kernels meet."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ from dem.bodies import (
     carry_glued,
     fastest_body,
     geometry_ahead,
+    give_forces,
     move_bodies,
     sort_by_slab,
     sum_forces,
@@ -25,9 +27,9 @@ from dem.lists.slabs import cut_contacts, used_slabs
 from dem.lists.storage import STALE, copy_list
 from dem.lists.surfaces import find_surface_pairs, prune_surfaces
 from dem.meshes.contacts import GRAIN_BEHIND, TOO_MANY
-from dem.poses import fastest_surface, sum_torques, turn_bodies, turn_glued
+from dem.poses import fastest_surface, give_torques, keep_turning, poses_ahead, sum_torques, turn_bodies, turn_glued
 from dem.step import schedule
-from dem.step.motion import fastest_grain
+from dem.step.motion import fastest_grain, heaviest_grain
 
 #: Reason for which `advance` returned.
 FINISHED, PAIRS_FULL, SURFACE_PAIRS_FULL, CONTACTS_FULL, BLEW_UP, TRIANGLES_FULL, BEHIND = range(7)
@@ -37,8 +39,11 @@ FINISHED, PAIRS_FULL, SURFACE_PAIRS_FULL, CONTACTS_FULL, BLEW_UP, TRIANGLES_FULL
 LEAST_BODY, MOST_BODY, OUTER_BODY = 0.05, 0.25, 0.5
 #: Entries of the pace: bound on the displacement of grains since the last look at them, and the least that any had left there (m);
 #: steps for which that lasts unless grains gain much speed; bound on the displacement of bodies since surfaces were pruned, and
-#: their allowance (m); largest speed of grains and bodies (m/s).
-TRAVEL, LEFT, STEPS_LEFT, BODY_TRAVEL, BODY_LEFT, SPEED, BODY_SPEED, PACE = range(8)
+#: their allowance (m); largest speed of grains and bodies (m/s); mass of the heaviest grain (kg).
+TRAVEL, LEFT, STEPS_LEFT, BODY_TRAVEL, BODY_LEFT, SPEED, BODY_SPEED, HEAVIEST, PACE = range(9)
+
+#: See `steady_steps`.
+STEADY = 0.5
 
 
 class Limits(NamedTuple):
@@ -88,19 +93,24 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
         plan = next_plan(run, pace, limits.n_steps - done, moves)
         note_step(run, outputs.ledger)
         geometry_ahead(scene, model.step_s, scratch.geometry[: plan.n_steps])
+        poses_ahead(scene.rigid, scene.bodies, model.step_s, scratch.ahead, plan.n_steps)
         schedule.steps(plan, run, scratch.threads)
         sum_forces(scene, scratch.force, used_slabs(lists.pairs.outer.slab))
         sum_torques(scene.rigid, scene.surfaces, scratch.torque, used_slabs(lists.pairs.outer.slab))
         if not plan.moves:
             schedule.take_all_loads(run)
-        give_to_bodies(run)
+            carry(run)
+        give_loads(run)
         collect_loads(model.access.vector, state.grains, state.loads, scene.clumps)
         book_step(run, outputs.ledger)
         add_to(outputs.mean_force, scene.bodies.force)
         add_torques(outputs.mean_torque, scene.rigid)
+        divide(scene.bodies.force, plan.n_steps)
         if not plan.moves:
             schedule.move_all(run, scene.clumps, scratch.threads)
         follow(run, pace, plan.n_steps)
+        if plan.moves:
+            carry(run)
         done += plan.n_steps
         if max(pace[SPEED], pace[BODY_SPEED]) > limits.speed:
             reason = BLEW_UP
@@ -117,17 +127,25 @@ def begin(run, pace, moves):
     if run.scene.glued.grain.shape[0] > 0 and run.lists.age[0] < STALE:
         sort_by_slab(run.scene.glued, run.lists.pairs.outer, run.scratch.carried)
     if moves:
-        give_to_bodies(run)
+        carry(run)
     pace[TRAVEL], pace[LEFT], pace[BODY_TRAVEL], pace[BODY_LEFT] = 0.0, -1.0, 0.0, -1.0
     bodies, rigid = run.scene.bodies, run.scene.rigid
+    pace[HEAVIEST] = heaviest_grain(run.state.grains)
     pace[SPEED], pace[BODY_SPEED] = fastest_grain(run.state.grains), fastest_surface(rigid, bodies, fastest_body(bodies))
 
 
 @inline_jit
-def give_to_bodies(run):
-    """Give bodies the loads on their glued grains, and the grains the motion of the bodies."""
-    carry_glued(run.state.grains, run.scratch.carried, run.scene)
-    turn_glued(run.scene.rigid, run.state.grains, run.scratch.carried, run.scene)
+def carry(run):
+    """Give glued grains the motion of their bodies."""
+    carry_glued(run.state.grains, run.scene)
+    turn_glued(run.scene.rigid, run.state.grains, run.scene)
+
+
+@inline_jit
+def give_loads(run):
+    """Give bodies the loads on their glued grains."""
+    give_forces(run.scratch.carried, run.scene)
+    give_torques(run.scene.rigid, run.state.grains, run.scratch.carried, run.scene.glued)
     clear_all(run.scratch.carried.loads)
 
 
@@ -183,22 +201,31 @@ def are_pairs_due(run, pace):
 @inline_jit
 def next_plan(run, pace, n_left, moves):
     """Number of steps to fuse, at most n_left, and whether grains move within them, else they wait for all loads."""
-    if not moves or run.scene.rigid is not None or is_driven(run.scene.bodies):
-        return schedule.Plan(1, moves)
     dt, used = run.model.step_s, used_slabs(run.lists.pairs.outer.slab)
+    if not moves or schedule.max_steps(used) == 1 or not keep_turning(run.scene.rigid, run.scene.glued):
+        return schedule.Plan(1, moves)
     of_pairs = steps_within(pace[STEPS_LEFT], 1.0, used)
     of_bodies = steps_within(pace[BODY_LEFT] - pace[BODY_TRAVEL], pace[BODY_SPEED] * dt, used)
-    return schedule.Plan(min(n_left, of_pairs, of_bodies), moves)
+    return schedule.Plan(max(1, min(n_left, of_pairs, of_bodies, steady_steps(run, pace[HEAVIEST]))), moves)
 
 
 @lean_jit
-def is_driven(bodies):
-    """True if a force drives any body."""
-    for w in range(bodies.driven.shape[0]):
+def steady_steps(run, heaviest):
+    """Number of steps for which every driven body may keep its velocity, as it is so much heavier than the grains that it touches.
+
+    N contacts of stiffness k make a body of mass M swing with N k / M = w^2. Grains of mass m have k dt^2 / m < 0.3 where the step
+    suits their overlaps, so N m n^2 / M < STEADY leaves (w n dt)^2 < 0.3 STEADY. heaviest : m in kg.
+    """
+    bodies, surfaces, count = run.scene.bodies, run.scene.surfaces, run.lists.surfaces.contacts.count
+    n, n_surfaces = schedule.STEPS_AT_ONCE, surfaces.kind.shape[0]
+    for w in range(n_surfaces):
+        touching = 0
+        for part in range(w, count.shape[0], n_surfaces):
+            touching += count[part]
         for t in range(3):
-            if bodies.driven[w, t] > 0:
-                return True
-    return False
+            if bodies.driven[surfaces.body[w], t] > 0 and touching * heaviest > 0.0:
+                n = min(n, int(math.sqrt(STEADY * bodies.mass[surfaces.body[w], t] / (touching * heaviest))))
+    return n
 
 
 @lean_jit

@@ -79,6 +79,17 @@ def fastest_grain(grains):
     return math.sqrt(fastest)
 
 
+@lean_jit
+def heaviest_grain(grains):
+    """Mass of the heaviest grain in kg, 0 without free ones."""
+    lightest = 0.0
+    for i in range(0, grains.motion.shape[0], MOTION):
+        inverse = float(grains.remainder[i + INVERSE_MASS])
+        if inverse > 0.0 and (lightest == 0.0 or inverse < lightest):
+            lightest = inverse
+    return 1.0 / lightest if lightest > 0.0 else 0.0
+
+
 @jit
 def kinetic_energy(grains):
     """Translational and rotational kinetic energy of all free grains, in J; members of clumps are not free."""

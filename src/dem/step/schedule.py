@@ -22,7 +22,7 @@ from dem.lists.slabs import used_slabs
 from dem.lists.storage import Lists
 from dem.loops import spread
 from dem.meshes.contacts import Near, locate_contacts, separate_all
-from dem.poses import rub, wrench
+from dem.poses import Ahead, rigid_at, rub, wrench
 from dem.step import gather as plain
 from dem.step import motion, vectors
 
@@ -43,8 +43,9 @@ class Scratch(NamedTuple):
 
     buffers (groups in parallel, BUFFER x BLOCK), places (groups in parallel, 4 BLOCK) float64; speeds (steps, SLABS): largest speed
     of each slab's grains in each fused step; geometry (steps, surfaces, RECORD): surfaces in each fused step; force
-    and torque (SLABS, surfaces, 3): of each slab's grains, summed over the steps. carried: of glued grains, likewise. pace: see
-    `dem.step.loop`. near: None, or for meshes. threads: None for one.
+    and torque (SLABS, surfaces, 3): of each slab's grains, summed over the steps. ahead: None, or poses in each
+    fused step. carried: loads of glued grains, summed over the steps. pace: see `dem.step.loop`. near: None, or for meshes.
+    threads: None for one.
     """
 
     buffers: np.ndarray
@@ -53,6 +54,7 @@ class Scratch(NamedTuple):
     geometry: np.ndarray
     force: np.ndarray
     torque: np.ndarray
+    ahead: Ahead | None
     carried: Carried
     pace: np.ndarray
     near: Near | None
@@ -204,7 +206,7 @@ def slab_forces(s, step, coming, run, thread):
         loads,
         lists.surfaces.contacts,
         scene.surfaces,
-        scene.rigid,
+        rigid_at(scene.rigid, scratch.ahead, step),
         scene.bodies.velocity,
         workspace,
         model.access,
