@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import dem
+from virtual_soil.campaign import resume
 from virtual_soil.campaign.resume import Checkpoint
 from virtual_soil.campaign.simulate import run_batch
 
@@ -271,7 +272,7 @@ def test_a_full_disk_does_not_end_the_simulation(undisturbed, tmp_path, monkeypa
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(dem, "save", full)
+    monkeypatch.setattr(resume, "save_state", full)
     simulate("repose", tmp_path, interval_s=0.0)
     assert "no checkpoint at step 500: [Errno 28] No space left on device" in capsys.readouterr().out
     assert tables("repose", tmp_path) == undisturbed["repose"]
