@@ -160,7 +160,7 @@ def sum_forces(scene, force, used):
 
 
 def nothing_carried(n_glued: int) -> Carried:
-    """Of n_glued grains."""
+    """Space for the loads of n_glued grains, and none of them yet."""
     return Carried(np.zeros((n_glued, 6)), np.zeros(n_glued, np.int64), np.zeros(SLABS + 1, np.int64))
 
 

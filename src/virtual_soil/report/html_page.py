@@ -48,17 +48,15 @@ def headings(tokens: Sequence[Token]) -> tuple[str, dict[str, str]]:
 def frame_tables(tokens: Sequence[Token]) -> None:
     """Let every table scroll in a frame that the keyboard reaches, named by the heading above it."""
     above, number = "", 0
-    for token, content in zip(tokens, tokens[1:], strict=False):
+    for k, token in enumerate(tokens):
         if token.type == "heading_open":
-            above = content.content
+            above = tokens[k + 1].content
         elif token.type == "table_open":
             number += 1
             name = html.escape(f"Table {number}, {above}")
             raw(token, f'<div class="scroll" role="group" tabindex="0" aria-label="{name}"><table>\n')
         elif token.type == "table_close":
             raw(token, "</table></div>\n")
-    if tokens and tokens[-1].type == "table_close":
-        raw(tokens[-1], "</table></div>\n")
 
 
 def embed_pictures(tokens: Sequence[Token], folder: Path) -> None:
@@ -67,9 +65,8 @@ def embed_pictures(tokens: Sequence[Token], folder: Path) -> None:
         for child in token.children or []:
             if child.type == "image":
                 data = base64.b64encode((folder / str(child.attrs["src"])).read_bytes()).decode()
-                raw(
-                    child, f'<span class="still"><img src="data:image/png;base64,{data}" alt="{html.escape(child.content)}"></span>'
-                )
+                words = html.escape(child.content)
+                raw(child, f'<span class="still"><img src="data:image/png;base64,{data}" alt="{words}"></span>')
 
 
 def raw(token: Token, text: str) -> None:
