@@ -142,6 +142,15 @@ def test_a_drum_that_turns_the_other_way_carries_them_to_the_other_side(charge):
     assert run.values["x_M1"][-5:].mean() < -0.1 * DRUM.radius_m
 
 
+def test_starts_of_the_drum_differ_by_a_micrometre_in_every_place(charge):
+    first, *others = (drum.started(charge, replace(DRUM, start=start)).positions_m for start in range(3))
+    assert np.array_equal(first, charge.positions_m)
+    for other in others:
+        assert 0.0 < np.abs(other - first).min() < np.abs(other - first).max() <= drum.SHIFT_M
+    assert not np.array_equal(*others)
+    assert [setup.start for setup in drum.SETUPS.values()] == 2 * [0, 1, 2]
+
+
 def test_shell_and_plates_turn_together_in_both_codes(charge, tmp_path, monkeypatch):
     assert [wall.angular_velocity_rad_s for wall in drum.walls(DRUM)] == 3 * [(0.0, 0.0, -4.0)]
     seen = []
@@ -308,7 +317,7 @@ def test_settings_choose_the_runs():
     settings = {"impact_grains": [25_000, 50_000], "drum": "hard", "silo": "full"}
     found = variants(settings)
     assert found["impact"] == [f"{n}_{k}" for n in (25_000, 50_000) for k in range(3)]
-    assert (found["drum"], found["silo"]) == (["hard"], ["small_full", "large_full"])
+    assert (found["drum"], found["silo"]) == (["hard_0", "hard_1", "hard_2"], ["small_full", "large_full"])
     assert [packing_name(case, names[-1]) for case, names in found.items()] == [
         "penetration_50000", "drum_38000", "silo_large_full",
     ]  # fmt: skip
@@ -318,7 +327,7 @@ def test_settings_choose_the_runs():
     ("case", "variant", "grains", "steps", "processor_s"),
     [
         ("impact", "25000_0", 25_000, 24_000, {OURS: 18.0, LIGGGHTS: 158.0}),
-        ("drum", "soft", 38_000, 32_000, {OURS: 242.0, LIGGGHTS: 461.0}),
+        ("drum", "soft_0", 38_000, 32_000, {OURS: 242.0, LIGGGHTS: 461.0}),
         ("silo", "small", 30_000, 15_000, {OURS: 47.0, LIGGGHTS: 127.0}),
     ],
 )

@@ -44,27 +44,33 @@ def apart(ours: list[pd.DataFrame], theirs: list[pd.DataFrame], quantity: str) -
 
 
 class Largest(NamedTuple):
-    """Largest difference of a count over all grains, and its time in s."""
+    """Largest difference of the means of a count, its time in s, and the scatter of the starts there; counts over all grains."""
 
     share: float
     time_s: float
+    sd_ours: float
+    sd_theirs: float
 
 
-def zone_difference(ours: pd.DataFrame, theirs: pd.DataFrame, n_grains: int) -> Largest:
-    """Largest difference of the grains of any material in any zone at any time."""
-    columns = [f"{zone}_{name}" for zone in drum.ZONES for name in drum.GRAINS]
-    apart_by = np.abs(ours[columns].to_numpy() - theirs[columns].to_numpy()).max(axis=1)
-    k = int(apart_by.argmax())
-    return Largest(float(apart_by[k]) / n_grains, float(ours.index[k]))
+def zone_difference(ours: list[pd.DataFrame], theirs: list[pd.DataFrame], n_grains: int) -> Largest:
+    """Largest difference of the grains of any material in any zone at any time, means over the starts.
+
+    Raises ValueError as `apart`.
+    """
+    found = []
+    for column in (f"{zone}_{name}" for zone in drum.ZONES for name in drum.GRAINS):
+        count = apart(ours, theirs, column)
+        k = int(np.abs(count.difference).argmax())
+        shares = (abs(count.difference[k]), count.sd_ours[k], count.sd_theirs[k])
+        share, *scatter = (float(grains) / n_grains for grains in shares)
+        found.append(Largest(share, float(count.times_s[k]), *scatter))
+    return max(found, key=lambda largest: largest.share)
 
 
-def lag_s(ours: pd.DataFrame, theirs: pd.DataFrame, quantity: str) -> float:
-    """Time in s by which their curve is late: the shift, up to two samples, at which the curves are closest on average."""
-    times, step = ours.index.to_numpy(), float(ours.index[1] - ours.index[0])
+def lag_s(curves: Apart) -> float:
+    """Time in s by which their means are late: the shift, up to two samples, at which the curves are closest on average."""
+    times, step = curves.times_s, float(curves.times_s[1] - curves.times_s[0])
     inner = slice(2, -2)
     shifts = step * np.linspace(-2.0, 2.0, 81)
-    distances = [
-        np.abs(np.interp(times[inner] + shift, theirs.index, theirs[quantity]) - ours[quantity].to_numpy()[inner]).mean()
-        for shift in shifts
-    ]
+    distances = [np.abs(np.interp(times[inner] + shift, times, curves.theirs) - curves.ours[inner]).mean() for shift in shifts]
     return float(shifts[int(np.argmin(distances))])

@@ -5,7 +5,7 @@ drum stands on its end, since tubes are upright: our x, y, z are the benchmark's
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from virtual_soil.bulk import peer
 from virtual_soil.bulk.materials import GRAVITY_M_S2, STEEL, interactions, materials
 from virtual_soil.bulk.packings import Packing
 from virtual_soil.bulk.run import Run, sampled
+from virtual_soil.bulk.variants import DRUM_STARTS
 from virtual_soil.verification.peers import liggghts
 
 #: In the order of LIGGGHTS' types.
@@ -26,11 +27,13 @@ TO_OURS = [2, 0, 1]
 ZONES = {"zone_1": 1.0, "zone_2": -1.0}
 #: LIGGGHTS' shell: sides, whose sagitta is 0.015 radii of the small grains, and parts along the axis.
 SIDES, RINGS = 180, 4
+#: Bound of the places' changes in m along each axis, half the largest overlap in the packing.
+SHIFT_M = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
 class Setup:
-    """Drum and clock; softening: the grains' E is divided by it.
+    """Drum and clock; softening: the grains' E is divided by it. start : number of the start, see `started`.
 
     The benchmark's soft variant has E / 500 and steps of 1e-4 s, 0.53 of the Rayleigh time of M1: more than our code accepts beside
     rigid walls, so that both codes have the largest step that divides the interval of the samples.
@@ -43,9 +46,18 @@ class Setup:
     time_step_s: float = 0.05 / 640
     sample_s: float = 0.05
     duration_s: float = 2.5
+    start: int = 0
 
 
-SETUPS = {"soft": Setup(), "hard": Setup(softening=1.0, time_step_s=8e-7, duration_s=5.0)}
+KINDS = {"soft": Setup(), "hard": Setup(softening=1.0, time_step_s=8e-7, duration_s=5.0)}
+#: By variant, `<kind>_<number of the start>`.
+SETUPS = {f"{kind}_{start}": replace(setup, start=start) for kind, setup in KINDS.items() for start in range(DRUM_STARTS)}
+
+
+def started(packing: Packing, setup: Setup) -> Packing:
+    """The packing of a start: as it is published, or with places changed at random by up to SHIFT_M (starts from 1 on)."""
+    shifts = np.random.default_rng(setup.start).uniform(-SHIFT_M, SHIFT_M, packing.positions_m.shape)
+    return packing if setup.start == 0 else replace(packing, positions_m=packing.positions_m + shifts)
 
 
 def walls(setup: Setup) -> list[dem.Wall]:
@@ -77,6 +89,7 @@ def counted(positions_m: np.ndarray, is_of: dict[str, np.ndarray]) -> dict[str, 
 
 def ours(packing: Packing, setup: Setup) -> Run:
     """Our code; quantities zone_1_M1 and so on, x_M1, z_M1 and so on (barycentres in m), grains."""
+    packing = started(packing, setup)
     is_of = {name: packing.materials == name for name in GRAINS}
     simulation = dem.Simulation(
         materials=materials(NAMES, setup.softening),
@@ -112,6 +125,7 @@ def plate_mesh(setup: Setup, y_m: float) -> np.ndarray:
 
 def of_liggghts(packing: Packing, setup: Setup, folder: Path) -> Run:
     """LIGGGHTS in a folder; quantities as those of `ours`."""
+    packing = started(packing, setup)
     turning = f"surface_ang_vel origin 0. 0. 0. axis 0. 1. 0. omega {-setup.turn_rate_rad_s:.9g}"
     meshes = {
         "shell": shell_mesh(setup),

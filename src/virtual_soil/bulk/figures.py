@@ -34,18 +34,19 @@ def impact(curves: dict[str, dict[str, dict[int, pd.DataFrame]]]) -> Figure:
     return figure
 
 
-def drum(curves: dict[str, pd.DataFrame]) -> Figure:
-    """Plot grains in the zones and barycentres over time; curves : code -> curves."""
+def drum(curves: dict[str, list[pd.DataFrame]]) -> Figure:
+    """Plot grains in the zones and barycentres over time; curves : code -> curves of each start."""
     figure = Figure(figsize=SIZE, layout="constrained")
     left, right = figure.subplots(1, 2)
-    for code, curve in curves.items():
-        line = "-" if code == OURS else "--"
-        for zone, width in zip(ZONES, (1.8, 0.9), strict=True):
-            total = sum(curve[f"{zone}_{name}"] for name in GRAINS)
-            left.plot(curve.index, total, line, color=COLOURS[code], linewidth=width, label=f"{NAMES[code]}, zone {zone[-1]}")
-        for name, width in zip(GRAINS, (0.9, 1.8), strict=True):
-            label = f"{NAMES[code]}, {name}"
-            right.plot(1e3 * curve[f"x_{name}"], 1e3 * curve[f"z_{name}"], line, color=COLOURS[code], linewidth=width, label=label)
+    for code, start, curve in ((name, *run) for name in CODES for run in enumerate(curves[name])):
+        line, name = "-" if code == OURS else "--", NAMES[code] if start == 0 else None
+        for zone, width in zip(ZONES, (1.6, 0.8), strict=True):
+            total = sum(curve[f"{zone}_{grains}"] for grains in GRAINS)
+            label = name and f"{name}, zone {zone[-1]}"
+            left.plot(curve.index, total, line, color=COLOURS[code], linewidth=width, label=label)
+        for grains, width in zip(GRAINS, (0.8, 1.6), strict=True):
+            x_mm, z_mm, label = 1e3 * curve[f"x_{grains}"], 1e3 * curve[f"z_{grains}"], name and f"{name}, {grains}"
+            right.plot(x_mm, z_mm, line, color=COLOURS[code], linewidth=width, label=label)
     left.set_xlabel("time (s)")
     left.set_ylabel("grains in the zone")
     right.set_xlabel("barycentre x (mm)")

@@ -4,6 +4,8 @@ OURS, LIGGGHTS = "virtual_soil", "liggghts"
 CODES = (OURS, LIGGGHTS)
 #: Places of the ball in m, 0.1 grain diameters from the centre, for the scatter of the impact.
 SHIFTS_M = ((0.0, 0.0), (2e-4, 0.0), (0.0, 2e-4))
+#: Starts of the drum, for its scatter.
+DRUM_STARTS = 3
 ORIFICES = ("small", "large")
 CASES = ("impact", "drum", "silo")
 
@@ -12,7 +14,7 @@ def variants(settings: dict) -> dict[str, list[str]]:
     """Case -> its variants, from the section `bulk` of a configuration."""
     return {
         "impact": [f"{n_grains}_{start}" for n_grains in settings["impact_grains"] for start in range(len(SHIFTS_M))],
-        "drum": [settings["drum"]],
+        "drum": [f"{settings['drum']}_{start}" for start in range(DRUM_STARTS)],
         "silo": [orifice if settings["silo"] == "scaled" else f"{orifice}_full" for orifice in ORIFICES],
     }
 
