@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from virtual_soil.calibration.errors import CalibrationError
-from virtual_soil.wheel.spread import components, emulator, left_over, monomials
+from virtual_soil.wheel.spread import components, emulator, monomials
 
 #: Nine soils: the optimum on five beds, the others on two.
 SOILS = np.repeat(np.arange(9), [5, *[2] * 8])
@@ -59,12 +59,3 @@ def test_the_emulator_takes_the_degree_that_the_soils_support():
     assert nothing.degree == 0
     assert nothing.loo_rmse > 0.5
     assert monomials(unit, 2).shape == (12, 6)
-
-
-def test_a_further_measurement_leaves_what_it_does_not_tell():
-    generator = np.random.default_rng(7)
-    x, other = generator.normal(size=(2, 200_000))
-    assert left_over(x, 2.0 * x, 0.0) == pytest.approx(0.0, abs=1e-6)
-    assert left_over(x, other, 0.0) == pytest.approx(1.0, abs=1e-3)
-    assert left_over(x, x, 1.0) == pytest.approx(np.sqrt(0.5), abs=5e-3)  # as uncertain as the soils differ
-    assert left_over(x, np.ones_like(x), 1.0) == 1.0

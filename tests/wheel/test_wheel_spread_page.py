@@ -47,7 +47,7 @@ def family(slope=0.0, n=9):
     posterior = posterior.assign(rolling_friction=generator.uniform(0.02, 0.18, 400))
     posterior["angle_deg"] = 20.0 + 10.0 * posterior["static_friction"]
     acting = ["static_friction", "rolling_friction"]
-    return runs, Family("sand", ["confirmed", "matches"], soils, posterior, space_of(DESIGN), acting, {"angle_deg": "deg"})
+    return runs, Family("sand", ["confirmed", "matches"], soils, posterior, space_of(DESIGN), acting, {"angle_deg": ("deg", 0.01)})
 
 
 def test_soils_that_differ_matter_and_what_tells_them_apart_is_named(tmp_path):

@@ -53,7 +53,10 @@ rule spread_report:
         posterior=f"{RESULTS}/posterior.parquet",
         design=config["design"],
         responses={
-            response.column: response.unit
+            response.column: (
+                response.unit,
+                config["verify"]["difference_of_consequence"][response.column],
+            )
             for experiment in EXPERIMENTS
             for response in experiment.RESPONSES
         },

@@ -11,10 +11,8 @@ generalised pivotal quantities (Weerahandi 1993, J. Am. Stat. Assoc. 88, 899), w
 
 The soils' means make an emulator over the design's coordinates that act under the wheel (not the radius, which the wheel's grains
 do not share): a polynomial of the degree, 0 to 2, with the smallest error at soils left out. On the calibration's posterior it
-gives what the calibration leaves of the quantity's uncertainty. What a further measurement y of standard uncertainty s_y would
-leave of that follows from linear regression:
-
-    Var(x | y) = Var(x) (1 - r^2 Var(y) / (Var(y) + s_y^2)),   r the correlation of x and y over the posterior.
+gives what the calibration leaves of the quantity's uncertainty, and what a further measurement would leave of that
+(`calibration.uncertainty.left_over`).
 
 Limits: normal effects; an emulator from a few soils; the posterior's prior is uniform over the design.
 """
@@ -131,17 +129,3 @@ def emulator(unit, means, n_beds) -> Emulator:
 def fitted(basis, means, weights) -> np.ndarray:
     """Weighted least squares."""
     return np.linalg.lstsq(basis * weights[:, None], means * weights, rcond=None)[0]
-
-
-def left_over(quantity, further, further_se: float) -> float:
-    """Share of a quantity's standard deviation that a further measurement would leave.
-
-    quantity, further : (m,) both over the posterior. further_se : standard uncertainty of the measurement, in its unit.
-    1 if either does not vary.
-    """
-    x, y = np.asarray(quantity, float), np.asarray(further, float)
-    covariance = np.cov(x, y)
-    known = covariance[1, 1] + further_se**2
-    if not (covariance[0, 0] > 0.0 and known > 0.0):
-        return 1.0
-    return float(np.sqrt(max(1.0 - covariance[0, 1] ** 2 / (covariance[0, 0] * known), 0.0)))

@@ -8,12 +8,12 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from virtual_soil.calibration.space import Space, inside_hull
-from virtual_soil.calibration.uncertainty import LEVELS
+from virtual_soil.calibration.uncertainty import LEVELS, further_error, left_over
 from virtual_soil.campaign.files import write_text, writing
 from virtual_soil.verification.page import markdown
 from virtual_soil.wheel.figures import COLOURS, DPI
 from virtual_soil.wheel.soil import is_confirmed
-from virtual_soil.wheel.spread import Emulator, components, emulator, left_over
+from virtual_soil.wheel.spread import Emulator, components, emulator
 
 #: Column of the runs -> what it is called, unit of the page and factor to it.
 QUANTITIES = {
@@ -35,7 +35,8 @@ class Family:
     """Soils of one case and what is known of them.
 
     soils : one row per soil in the order of their first runs: case (its name), values of the design's variables. posterior :
-    samples of the case. space : of the design. acting : variables that act under the wheel. responses : column -> unit.
+    samples of the case. space : of the design. acting : variables that act under the wheel. responses : column -> unit, and
+    smallest difference of consequence.
     """
 
     case: str
@@ -44,7 +45,7 @@ class Family:
     posterior: pd.DataFrame
     space: Space
     acting: list[str]
-    responses: dict[str, str]
+    responses: dict[str, tuple[str, float]]
 
     def unit(self, table: pd.DataFrame) -> np.ndarray:
         """Coordinates (m, k) of what acts under the wheel."""
@@ -91,9 +92,9 @@ def further_table(runs: pd.DataFrame, family: Family, measured_ratio: float) -> 
     """
     _, values = emulated(runs, family, MAIN)
     rows = []
-    for column, unit in family.responses.items():
+    for column, (unit, consequence) in family.responses.items():
         known = family.posterior[column]
-        error = measured_ratio * abs(known.mean())
+        error = further_error(known, measured_ratio, consequence)
         rows.append((column, unit, known.mean(), error, left_over(values, known, error)))
     for column in (name for name in OF_RUNS if name in runs and runs[name].notna().all()):
         model, known = emulated(runs, family, column)

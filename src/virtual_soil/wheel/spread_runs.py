@@ -44,7 +44,7 @@ def spread_table(
 
 
 def family_of(case: str, runs: pd.DataFrame, calibration: str | Path, posterior: str, design: dict, responses: dict) -> Family:
-    """The soils of the runs that are done, with their parameters; responses : column -> unit.
+    """The soils of the runs that are done, with their parameters; responses : as `Family`.
 
     Raises CalibrationError for runs of fewer than three soils.
     """
@@ -54,7 +54,7 @@ def family_of(case: str, runs: pd.DataFrame, calibration: str | Path, posterior:
     soils = pd.DataFrame([{"case": name, **values_of(calibration, name)[variables]} for name in names])
     samples = read_table(posterior, "posterior")
     samples = samples[samples["case"] == case].reset_index(drop=True)
-    known = {column: unit for column, unit in responses.items() if column in samples and samples[column].notna().all()}
+    known = {column: what for column, what in responses.items() if column in samples and samples[column].notna().all()}
     verdicts = verdicts_of(calibration, [case])[case]
     return Family(case, verdicts, soils.astype(dict.fromkeys(variables, float)), samples, space_of(design), acting(design), known)
 

@@ -10,11 +10,12 @@ from matplotlib.figure import Figure
 from virtual_soil.calibration.response import Responses
 from virtual_soil.calibration.space import space_of
 from virtual_soil.calibration.trade_off import trade_off
+from virtual_soil.calibration.uncertainty import further_error, left_over
 from virtual_soil.calibration.verify import UNASKED, verdict
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report.items import Entry, Item
 from virtual_soil.report.plots import COLOURS, canvas
-from virtual_soil.report.quantities import VARIABLES, axis_label, combination, header, shown_in
+from virtual_soil.report.quantities import VARIABLES, axis_label, combination, header, shown_in, symbol
 from virtual_soil.report.study import Study, offers
 from virtual_soil.report.text import number, spoken, with_error
 
@@ -29,6 +30,7 @@ TABLES = {
     "equivalents": "Equivalent parameter sets",
     "equivalents_simulated": "Equivalent sets, simulated",
     "identifiability": "Determined combinations",
+    "narrowing": "What a further measurement would leave of the uncertainty",
     "coverage": "Coverage of the stated regions",
 }
 #: Equivalent sets listed for every case.
@@ -49,18 +51,34 @@ def figures(study: Study) -> dict[str, Item]:
 
 
 def tables(study: Study) -> dict[str, pd.DataFrame]:
-    """Equivalent sets, determined combinations of the variables, and the coverage."""
+    """Equivalent sets, determined combinations of the variables, what would narrow them, and the coverage."""
+    asked = asked_of(study.tables["verification"])
+    variables = study.config["design"]["variables"]
     return {
         "equivalents": equivalents_table(study.tables["equivalents"], study.responses),
         "equivalents_simulated": simulated_table(study.tables.get("equivalents_simulated"), study.responses),
         "identifiability": identifiability_table(study.tables["identifiability"]),
+        "narrowing": narrowing_table(study.tables["posterior"], variables, study.responses, asked, study.config),
         "coverage": coverage_table(study.tables["coverage"]),
     }
 
 
 def words(study: Study) -> dict:
-    """Hidden soils found again; True if equivalent sets were simulated."""
-    return {"twins": twin_table(study.twins), "simulated": "equivalents_simulated" in study.tables}
+    """Hidden soils found again; whether equivalent sets were simulated, and whether a case leaves a response unasked."""
+    asked = asked_of(study.tables["verification"])
+    return {
+        "twins": twin_table(study.twins),
+        "simulated": "equivalents_simulated" in study.tables,
+        "measured_percent": f"{100.0 * study.config['uncertainty']['target_uncertainty_ratio']:g}",
+        "unasked": any(set(study.responses) - names for names in asked.values()),
+    }
+
+
+def asked_of(verification: pd.DataFrame) -> dict[str, set[str]]:
+    """Responses that each case is calibrated by."""
+    return {
+        str(case): set(lines.loc[lines["match"] != UNASKED, "response"]) for case, lines in verification.groupby("case", sort=False)
+    }
 
 
 def iso_figure(study: Study) -> Item:
@@ -166,6 +184,25 @@ def identifiability_table(table: pd.DataFrame) -> pd.DataFrame:
             "determined": np.where(table["determined"], "yes", "no"),
         }
     )
+
+
+def narrowing_table(
+    posterior: pd.DataFrame, variables: list[str], responses: Responses, asked: Mapping[str, set[str]], config: Mapping
+) -> pd.DataFrame:
+    """What is left of each variable's standard deviation if a response were measured that a case is not calibrated by."""
+    ratio, consequences = config["uncertainty"]["target_uncertainty_ratio"], config["verify"]["difference_of_consequence"]
+    rows = []
+    for case, samples in posterior.groupby("case", sort=False):
+        for name in (name for name in responses if name not in asked[str(case)]):
+            known = samples[responses[name].column]
+            error = further_error(known, ratio, consequences[responses[name].column])
+            row = {
+                "case": spoken(str(case)),
+                "measured as well": header(responses[name]),
+                "expected": f"{known.mean():.3g} ± {error:.2g}",
+            }
+            rows.append(row | {symbol(v): f"{left_over(samples[v], known, error):.2f}" for v in variables})
+    return pd.DataFrame(rows)
 
 
 def equivalents_table(equivalents: pd.DataFrame, responses: Responses) -> pd.DataFrame:
