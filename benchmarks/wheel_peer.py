@@ -20,7 +20,8 @@ import numpy as np
 from dem import Body, Motion
 from dem.experiments import soil_bed
 from dem.experiments.soil import Engine, Soil
-from dem.experiments.wheel import WheelShape, touching_height_m
+from dem.experiments.wheel import touching_height_m
+from dem.experiments.wheel_setup import WheelShape
 from virtual_soil.exports.rolling import converted
 from virtual_soil.verification.peers import liggghts
 

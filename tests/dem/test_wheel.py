@@ -9,12 +9,12 @@ import pytest
 
 import dem
 from dem import solids
-from dem.experiments import density, soil_bed, wheel
+from dem.experiments import density, soil_bed, wheel, wheel_setup
 from dem.experiments.soil import Engine, Soil
 from dem.experiments.soil_bed import SoilBed
 from dem.experiments.state import load_state, save_state
 from dem.experiments.surface import layer_solid_fraction
-from dem.experiments.wheel import WheelShape, WheelTest
+from dem.experiments.wheel_setup import WheelShape, WheelTest
 from dem.measure.rim import TORQUE, integrated, rim_stress, steady_loads
 from dem.measure.wheel import rut, steady, steady_samples
 
@@ -409,7 +409,7 @@ def test_sandpaper_is_refused_with_grousers_meshes_and_clumps():
     bed = SoilBed(SETUP, None, "done", 0.015, np.zeros((1, 1)), 0.5, 1250.0, np.zeros(0, int), 1, 0.0)
     clumps = dataclasses.replace(SOIL, shape=dem.Clump.preset("dimer"))
     with pytest.raises(ValueError, match=f"{allowed} in a soil of clumps"):
-        wheel.check(bed, clumps, dataclasses.replace(SHAPE, rim="sandpaper"), TEST)
+        wheel_setup.check(bed, clumps, dataclasses.replace(SHAPE, rim="sandpaper"), TEST)
 
 
 def test_a_wheel_that_is_too_heavy_for_the_bed_stops_above_the_floor(bed):
@@ -453,7 +453,7 @@ def test_tests_that_make_no_sense_are_refused(change, message):
 def test_wheels_that_do_not_fit_grains_and_bed_are_refused(shape, test, message):
     bed = SoilBed(SETUP, None, "done", 0.015, np.zeros((1, 1)), 0.5, 1250.0, np.zeros(0, int), 1, 0.0)
     with pytest.raises(ValueError, match=message):
-        wheel.check(bed, SOIL, dataclasses.replace(SHAPE, **shape), dataclasses.replace(TEST, **test))
+        wheel_setup.check(bed, SOIL, dataclasses.replace(SHAPE, **shape), dataclasses.replace(TEST, **test))
 
 
 def test_a_mesh_whose_axle_is_elsewhere_is_refused():
@@ -473,7 +473,7 @@ def test_what_is_coarse_soft_or_fast_is_warned_of(driven):
     assert "stiffness E*/p under the wheel is 1.2e+03; results depend on the softness below 2000" in said
     assert "v^2/(g R) under the wheel is 0.0255; results depend on the speed above 0.02" in said
     short = WheelShape(radius_m=0.1, width_m=0.1, grousers=8, grouser_height_m=3e-3, grouser_thickness_m=1e-3)
-    assert wheel.coarse(SOIL, short) == [
+    assert wheel_setup.coarse(SOIL, short) == [
         "height of the grousers of the wheel is 1.5 grain diameters; results depend on the grain size below 2"
     ]
 

@@ -5,7 +5,7 @@ No calibration depends on them.
 
 from dataclasses import dataclass
 
-from dem.experiments.wheel import HELD, RIMS
+from dem.experiments.wheel_setup import HELD, RIMS
 from dem.meshes.files import UNITS
 from virtual_soil.campaign.experiments.apparatus import GRAVITY
 from virtual_soil.campaign.experiments.common import USUAL_STRESSES_PA

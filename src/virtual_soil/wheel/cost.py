@@ -9,7 +9,7 @@ from typing import NamedTuple
 from dem.experiments import density, penetration, soil_bed, wheel
 from dem.experiments.penetration import Tool
 from dem.experiments.soil_bed import Setup
-from dem.experiments.wheel import WheelShape
+from dem.experiments.wheel_setup import WheelShape
 from virtual_soil.campaign import cost
 from virtual_soil.campaign.experiments.common import loose_column_m, time_step_s
 from virtual_soil.wheel.setups import press_test, refused, shape_of, soil_and_engine, test_of

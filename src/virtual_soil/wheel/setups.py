@@ -5,11 +5,11 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import dem
-from dem.experiments import soil_bed, wheel
+from dem.experiments import soil_bed, wheel_setup
 from dem.experiments.penetration import PressTest
 from dem.experiments.soil import Engine, Soil
 from dem.experiments.soil_bed import Setup, SoilBed
-from dem.experiments.wheel import WheelShape, WheelTest
+from dem.experiments.wheel_setup import WheelShape, WheelTest
 from virtual_soil.calibration.errors import CalibrationError, demand
 from virtual_soil.campaign.experiments.common import soil_of
 
@@ -19,7 +19,7 @@ WIDTH_TOLERANCE, OUTER_RATIO = 0.02, 1.5
 BETWEEN_WARNINGS = " | "
 #: Name of the only run of a wheel that is free to travel: it has no given slip.
 FREE = "free"
-#: Keys of section `wheel` that are arguments of `dem.experiments.wheel.WheelTest`: on which the lowering depends, and all.
+#: Keys of section `wheel` that are arguments of `dem.experiments.wheel_setup.WheelTest`: on which the lowering depends, and all.
 LOWERED = ("load_n", "mass_kg", "travel_ratio", "wheel_static_friction", "wheel_rolling_friction")
 TESTED = (*LOWERED, "held", "drawbar_load_n", "speed_m_s")
 
@@ -132,4 +132,4 @@ def check_setups(settings: dict, job: dict) -> None:
     for name in run_names(settings):
         test = test_of(settings, name)
         with refused("wheel"):
-            wheel.check(cast(SoilBed, stand_in), soil, shape, test)
+            wheel_setup.check(cast(SoilBed, stand_in), soil, shape, test)
