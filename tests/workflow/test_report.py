@@ -21,7 +21,13 @@ from virtual_soil.report.quantities import VARIABLES, value_with_interval
 from virtual_soil.report.sections import SECTIONS, soils
 from virtual_soil.report.sections.answer import answer_card, answer_remarks, next_step, packing_table, undetermined
 from virtual_soil.report.sections.soils import reach_remarks
-from virtual_soil.report.sections.uncertainty import coverage_figure, coverage_table, equivalents_table, simulated_table
+from virtual_soil.report.sections.uncertainty import (
+    coverage_figure,
+    coverage_table,
+    equivalents_table,
+    narrowing_table,
+    simulated_table,
+)
 from virtual_soil.report.sections.verification import best_table
 
 ANGLE = RESPONSES["angle_of_repose"]
@@ -181,6 +187,25 @@ def test_the_coverage_is_counted():
 def test_equivalent_sets_are_a_table_to_pick_from():
     table = equivalents_table(pd.DataFrame([{**SET, "angle_of_repose_deg": 30.04}]), {"angle_of_repose": ANGLE})
     assert table.iloc[0].tolist() == ["sand", 2, "200", "0.50", "0.100", "30.0"]
+
+
+def test_what_would_narrow_a_parameter_is_told_of_each_response_that_a_case_leaves():
+    generator = np.random.default_rng(3)
+    posterior = pd.DataFrame({"case": "sand", "static_friction": generator.uniform(0.2, 0.8, 500)})
+    posterior["rolling_friction"] = generator.uniform(0.05, 0.15, 500)
+    posterior["cohesion_pa"], posterior["friction_angle_deg"] = 0.0, 20.0 + 30.0 * posterior["static_friction"]
+    responses = {name: RESPONSES[name] for name in ("angle_of_repose", "cohesion", "friction_angle")}
+    config = {
+        "uncertainty": {"target_uncertainty_ratio": 0.05},
+        "verify": {"difference_of_consequence": {"cohesion_pa": 20.0, "friction_angle_deg": 2.0}},
+    }
+    variables = ["static_friction", "rolling_friction"]
+    table = narrowing_table(posterior, variables, responses, {"sand": {"angle_of_repose"}}, config)
+    assert list(table["expected"]) == ["0 ± 10", "34.9 ± 1.7"]  # none is read better than to half of what matters
+    assert float(table["µr"].iloc[1]) > 0.95
+    assert table["µs"].iloc[0] == "1.00"
+    assert float(table["µs"].iloc[1]) == pytest.approx(1.75 / 30.0 / (0.6 / np.sqrt(12.0)), abs=0.07)
+    assert narrowing_table(posterior, variables, responses, {"sand": set(responses)}, config).empty
 
 
 def test_simulated_equivalents_say_whether_they_meet_the_targets():
