@@ -148,7 +148,7 @@ def test_starts_of_the_drum_differ_by_a_micrometre_in_every_place(charge):
     for other in others:
         assert 0.0 < np.abs(other - first).min() < np.abs(other - first).max() <= drum.SHIFT_M
     assert not np.array_equal(*others)
-    assert [setup.start for setup in drum.SETUPS.values()] == 2 * [0, 1, 2]
+    assert [setup.start for setup in drum.SETUPS.values()] == [0, 1, 2, 0, 1, 2, 0]
 
 
 def test_shell_and_plates_turn_together_in_both_codes(charge, tmp_path, monkeypatch):
@@ -317,7 +317,7 @@ def test_settings_choose_the_runs():
     settings = {"impact_grains": [25_000, 50_000], "drum": "hard", "silo": "full"}
     found = variants(settings)
     assert found["impact"] == [f"{n}_{k}" for n in (25_000, 50_000) for k in range(3)]
-    assert (found["drum"], found["silo"]) == (["hard_0", "hard_1", "hard_2"], ["small_full", "large_full"])
+    assert (found["drum"], found["silo"]) == (["hard_0", "hard_1", "hard_2", "hard_beginning"], ["small_full", "large_full"])
     assert [packing_name(case, names[-1]) for case, names in found.items()] == [
         "penetration_50000", "drum_38000", "silo_large_full",
     ]  # fmt: skip

@@ -36,6 +36,7 @@ def results(deeper_m=0.0, more_in_zone=0.0, faster=1.0):
             values |= {f"{axis}_{name}": 0.01 for axis in "xz" for name in drum.GRAINS} | {"grains": 38_000.0}
             values["zone_1_M1"] += more_in_zone * ours
             runs["drum", code, f"soft_{start}"] = run_of(turn, values, 38_000, wall)
+        runs["drum", code, "hard_beginning"] = run_of(turn, values, 38_000, wall)
         flow = np.linspace(0.0, 0.6, 61)
         for variant, outflow in (("small", 7000.0), ("large", 22_000.0)):
             above = 30_000.0 - outflow * flow * (faster if ours else 1.0)
@@ -60,7 +61,7 @@ def test_a_page_states_ratios_differences_and_what_was_not_run(tmp_path):
     for case in ("impact", "drum", "silo"):
         assert f"](images/bulk_{case}.png)" in text
         assert (tmp_path / f"images/bulk_{case}.png").stat().st_size > 5000
-    assert text.count("| 8.0 |") == 8
+    assert text.count("| 8.0 |") == 9
     assert "| M1 in zone 1 | 5000 | 5380 ± 380 | 5380 ± 380 | +0.00 % |" in text
     assert "scatter by 1.00 % (virtual-soil) and 1.00 % (LIGGGHTS)" in " ".join(text.split())
     assert "<figure>" not in text
@@ -117,6 +118,6 @@ def test_a_page_names_the_runs_that_miss_the_goal(tmp_path):
     slow = results()
     costs = slow.costs.assign(processor_s=slow.costs["processor_s"].where(slow.costs["case"] != "drum", 2.0))
     write_page(Results(costs=costs, curves=slow.curves, fillings=slow.fillings), tmp_path / "page.md", tmp_path / "images")
-    assert "It is missed in: drum, soft_0; drum, soft_1; drum, soft_2." in " ".join(
+    assert "It is missed in: drum, soft_0; drum, soft_1; drum, soft_2; drum, hard_beginning." in " ".join(
         (tmp_path / "page.md").read_text(encoding="utf-8").split()
     )

@@ -15,7 +15,7 @@ from virtual_soil.bulk import peer
 from virtual_soil.bulk.materials import GRAVITY_M_S2, STEEL, interactions, materials
 from virtual_soil.bulk.packings import Packing
 from virtual_soil.bulk.run import Run, sampled
-from virtual_soil.bulk.variants import DRUM_STARTS
+from virtual_soil.bulk.variants import DRUM_BEGINNING, DRUM_STARTS
 from virtual_soil.verification.peers import liggghts
 
 #: In the order of LIGGGHTS' types.
@@ -52,6 +52,7 @@ class Setup:
 KINDS = {"soft": Setup(), "hard": Setup(softening=1.0, time_step_s=8e-7, duration_s=5.0)}
 #: By variant, `<kind>_<number of the start>`.
 SETUPS = {f"{kind}_{start}": replace(setup, start=start) for kind, setup in KINDS.items() for start in range(DRUM_STARTS)}
+SETUPS[DRUM_BEGINNING] = replace(KINDS["hard"], duration_s=0.02, sample_s=0.01)
 
 
 def started(packing: Packing, setup: Setup) -> Packing:

@@ -6,6 +6,8 @@ CODES = (OURS, LIGGGHTS)
 SHIFTS_M = ((0.0, 0.0), (2e-4, 0.0), (0.0, 2e-4))
 #: Starts of the drum, for its scatter.
 DRUM_STARTS = 3
+#: The beginning of the drum at full stiffness, for its speed.
+DRUM_BEGINNING = "hard_beginning"
 ORIFICES = ("small", "large")
 CASES = ("impact", "drum", "silo")
 
@@ -14,7 +16,7 @@ def variants(settings: dict) -> dict[str, list[str]]:
     """Case -> its variants, from the section `bulk` of a configuration."""
     return {
         "impact": [f"{n_grains}_{start}" for n_grains in settings["impact_grains"] for start in range(len(SHIFTS_M))],
-        "drum": [f"{settings['drum']}_{start}" for start in range(DRUM_STARTS)],
+        "drum": [f"{settings['drum']}_{start}" for start in range(DRUM_STARTS)] + [DRUM_BEGINNING],
         "silo": [orifice if settings["silo"] == "scaled" else f"{orifice}_full" for orifice in ORIFICES],
     }
 
