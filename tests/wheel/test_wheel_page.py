@@ -206,6 +206,9 @@ def test_only_a_wheel_that_pulls_has_an_efficiency():
     table = wheel_table(runs, [travelled(3.0), travelled(-1.0)], BEDS)
     efficiency = shown(figures.against_slip(table))[3]
     assert efficiency["sand, bed 1"] == pytest.approx(np.array([[0.5], [table["efficiency"].iloc[0]]]))
+    drawn = figures.against_slip(table.assign(drawbar_pull_n=-1.0)).axes[3]
+    assert ([text.get_text() for text in drawn.texts], list(drawn.get_yticks())) == (["no wheel pulls"], [])
+    assert not figures.against_slip(table).axes[3].texts
 
 
 def test_the_band_is_that_of_the_beds_scatter_or_of_the_runs_own_errors():
