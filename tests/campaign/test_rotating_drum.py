@@ -14,6 +14,7 @@ from virtual_soil.campaign.experiments.rotating_drum import declared, measure, s
 from virtual_soil.campaign.grains import grain_table
 from virtual_soil.campaign.sections import Study
 from virtual_soil.campaign.settings import defaults
+from virtual_soil.campaign.study import StudyError, design_rows
 from virtual_soil.report.experiments import rotating_drum as described
 
 
@@ -141,3 +142,16 @@ def test_the_film_shows_layers_from_the_bottom_of_the_drum_to_its_axis(small):
     places = np.array([[0.0, 0.0, z] for z in (-20e-3, -15e-3, -1e-3, 20e-3)])
     grains = dataclasses.replace(small[2].before, positions_m=places)
     assert described.colour(grains).tolist() == [0, 1, described.N_LAYERS - 1, described.N_LAYERS - 1]
+
+
+def test_a_design_that_repeats_no_run_is_refused_before_it_runs():
+    config = stated()
+    config["experiments"] = ["repose", "plane_shear", "rotating_drum"]
+    config["design"] |= {"rotating_drum_seeds": [1, 2], "repose_seeds": [1], "plane_shear_seeds": [1]}
+    assert design_rows(config)  # the screening repeats heaps, and a plane shear test has several stresses
+    config["design"]["rotating_drum_seeds"] = [1]
+    with pytest.raises(StudyError, match=r"design.rotating_drum_seeds is \[1\]; allowed: at least two seeds"):
+        design_rows(config)
+    config["screening"]["response"] = "drum_angle"
+    with pytest.raises(StudyError, match=r"design.repose_seeds is \[1\]"):
+        design_rows(config)

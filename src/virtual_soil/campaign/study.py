@@ -170,7 +170,21 @@ def design_rows(config: dict) -> list[dict]:
         table = expand(config)
     except ValueError as error:
         raise StudyError(str(error)) from None
+    check_repeats(config, table)
     return plain_rows(table)
+
+
+def check_repeats(config: dict, table: pd.DataFrame) -> None:
+    """Refuse a design without a repeated point of an experiment whose responses are those of runs: their scatter is the noise."""
+    for test in chosen(config["experiments"]):
+        of_runs = any(response.error_column is None for response in test.RESPONSES)
+        rows = table[table["experiment"] == test.NAME]
+        if of_runs and rows.groupby(["point_id", "fidelity"]).size().max() < 2:
+            key = f"{test.NAME}_seeds"
+            raise StudyError(
+                f"design.{key} is {config['design'][key]}; allowed: at least two seeds, as the scatter between them is the noise of "
+                "the surrogates, and no other section repeats a point of this experiment."
+            )
 
 
 def simulations(config: dict, rows: list[dict], insist: Collection[str] = ()) -> dict[str, dict]:
