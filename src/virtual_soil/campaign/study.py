@@ -175,7 +175,7 @@ def design_rows(config: dict) -> list[dict]:
 
 
 def check_repeats(config: dict, table: pd.DataFrame) -> None:
-    """Refuse a design without a repeated point of an experiment whose responses are those of runs: their scatter is the noise."""
+    """Refuse a design that repeats no point of an experiment whose responses are those of runs: their scatter is the noise."""
     for test in chosen(config["experiments"]):
         of_runs = any(response.error_column is None for response in test.RESPONSES)
         rows = table[table["experiment"] == test.NAME]
