@@ -182,8 +182,8 @@ def check_repeats(config: dict, table: pd.DataFrame) -> None:
         if of_runs and rows.groupby(["point_id", "fidelity"]).size().max() < 2:
             key = f"{test.NAME}_seeds"
             raise StudyError(
-                f"design.{key} is {config['design'][key]}; allowed: at least two seeds, as the scatter between them is the noise of "
-                "the surrogates, and no other section repeats a point of this experiment."
+                f"design.{key} is {config['design'][key]}; allowed: at least two seeds, as the scatter between them is the noise "
+                "of the surrogates, and no other section repeats a point of this experiment."
             )
 
 
