@@ -68,8 +68,9 @@ def against_slip(table: pd.DataFrame, measured: pd.DataFrame | None = None, hand
                     axes.plot(line["slip"], factor * line[column], label=of_whom, **look)
         if tests is not None:
             points = tests[tests["quantity"] == column].drop_duplicates("slip")
-            axes.errorbar(points["slip"], factor * points["measured"], bars(factor, points), label="measured", **MEASURED)
-        if column == "efficiency" and not axes.get_legend_handles_labels()[1]:
+            if len(points):
+                axes.errorbar(points["slip"], factor * points["measured"], bars(factor, points), label="measured", **MEASURED)
+        if column == "efficiency" and not axes.lines:
             axes.text(0.5, 0.5, "no wheel pulls", transform=axes.transAxes, ha="center")
             axes.set_yticks([])
         axes.axhline(0.0, color="0.7", linewidth=0.7)
