@@ -17,7 +17,6 @@ from virtual_soil.calibration.uncertainty import (
     equivalents,
     identifiability,
     intervals,
-    left_over,
     likelihood_of,
     posterior_table,
     probabilities,
@@ -203,19 +202,3 @@ def test_regions_hold_as_many_made_up_soils_as_they_say():
     levels = made_up_twins(responses, processes, processes["steady_cohesion"].space, noise, 500, 1)["credible_level"]
     for mass, low, high in ((0.5, 0.45, 0.55), (0.9, 0.87, 0.93), (0.95, 0.93, 0.97)):
         assert low <= np.mean(levels <= mass) <= high, mass
-
-
-def test_a_further_measurement_leaves_what_it_does_not_tell():
-    x, other = np.random.default_rng(7).normal(size=(2, 2000))
-    assert left_over(x, 2.0 * x, 0.02) == pytest.approx(0.01, abs=2e-3)
-    assert left_over(x, other, 0.2) == pytest.approx(1.0, abs=0.02)
-    assert left_over(x, x, 1.0) == pytest.approx(np.sqrt(0.5), abs=0.02)  # as uncertain as the soils differ
-    assert left_over(x, 0.6 * x + 0.8 * other, 0.5) == pytest.approx(np.sqrt(1.0 - 0.36 / 1.25), abs=0.02)
-    assert left_over(x, np.ones_like(x), 1.0) == pytest.approx(1.0)
-    assert left_over(np.ones_like(x), x, 1.0) == 1.0
-
-
-def test_a_further_measurement_that_does_not_rise_with_the_quantity_tells_of_it_all_the_same():
-    y = np.linspace(-1.0, 1.0, 2000)
-    assert abs(np.corrcoef(y**2, y)[0, 1]) < 1e-9
-    assert left_over(y**2, y, 0.01) < 0.05

@@ -196,15 +196,16 @@ def test_what_would_narrow_a_parameter_is_told_of_each_response_that_a_case_leav
     posterior["cohesion_pa"], posterior["friction_angle_deg"] = 0.0, 20.0 + 30.0 * posterior["static_friction"]
     responses = {name: RESPONSES[name] for name in ("angle_of_repose", "cohesion", "friction_angle")}
     config = {
-        "uncertainty": {"target_uncertainty_ratio": 0.05},
         "verify": {"difference_of_consequence": {"cohesion_pa": 20.0, "friction_angle_deg": 2.0}},
     }
     variables = ["static_friction", "rolling_friction"]
     table = narrowing_table(posterior, variables, responses, {"sand": {"angle_of_repose"}}, config)
-    assert list(table["expected"]) == ["0 ± 10", "34.9 ± 1.7"]  # none is read better than to half of what matters
+    assert list(table["expected"]) == ["0 ± 10", "34.9 ± 1"]  # none is read better than to half of what matters
     assert float(table["µr"].iloc[1]) > 0.95
     assert table["µs"].iloc[0] == "1.00"
-    assert float(table["µs"].iloc[1]) == pytest.approx(1.75 / 30.0 / (0.6 / np.sqrt(12.0)), abs=0.07)
+    assert float(table["µs"].iloc[1]) == pytest.approx(1.0 / 30.0 / (0.6 / np.sqrt(12.0)), abs=0.05)
+    assert list(table["halves µr at"]) == ["–", "–"]
+    assert float(table["halves µs at"].iloc[1].removeprefix("± ")) == pytest.approx(2.9, abs=0.4)
     assert narrowing_table(posterior, variables, responses, {"sand": set(responses)}, config).empty
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from dem.experiments.wheel_setup import HELD, RIMS
 from dem.meshes.files import UNITS
+from virtual_soil.calibration.further import FURTHER_RATIO
 from virtual_soil.campaign.experiments.apparatus import GRAVITY
 from virtual_soil.campaign.experiments.common import USUAL_STRESSES_PA
 from virtual_soil.campaign.settings import choice, section, setting
@@ -210,7 +211,9 @@ class WheelSpread:
         "plate that is pressed into every bed, as a further measurement; null: none", 0.06, above=0, usual=(1e-3, 2.0)
     )
     plate_sinkage_m: float = setting("sinkage at which its pressure counts", 0.010, above=0, usual=(1e-4, 1.0))
-    measured_ratio: float = setting("standard uncertainty of a further measurement over its value", 0.05, above=0, maximum=1)
+    measured_ratio: float = setting(
+        "standard uncertainty of a further measurement over its value", FURTHER_RATIO, above=0, maximum=1
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,5 +1,6 @@
 """The page of target `wheel_spread`: noise of beds, spread of soils, what the calibration leaves and what would narrow it."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -7,8 +8,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from virtual_soil.calibration.further import further_error, halving_error, left_over
 from virtual_soil.calibration.space import Space, inside_hull
-from virtual_soil.calibration.uncertainty import LEVELS, further_error, left_over
+from virtual_soil.calibration.uncertainty import LEVELS
 from virtual_soil.campaign.files import write_text, writing
 from virtual_soil.verification.page import markdown
 from virtual_soil.wheel.figures import COLOURS, DPI
@@ -95,12 +97,16 @@ def further_table(runs: pd.DataFrame, family: Family, measured_ratio: float) -> 
     for column, (unit, consequence) in family.responses.items():
         known = family.posterior[column]
         error = further_error(known, measured_ratio, consequence)
-        rows.append((column, unit, known.mean(), error, left_over(values, known, error)))
+        rows.append((column, unit, known.mean(), error, left_over(values, known, error), halving_error(values, known)))
     for column in (name for name in OF_RUNS if name in runs and runs[name].notna().all()):
         model, known = emulated(runs, family, column)
         error = float(np.hypot(measured_ratio * abs(known.mean()), model.loo_rmse))
-        rows.append((column, "Pa" if column.endswith("_pa") else "kg/m3", known.mean(), error, left_over(values, known, error)))
-    table = pd.DataFrame(rows, columns=["measurement", "unit", "mean", "standard_error", "left_over_ratio"])
+        halving = halving_error(
+            values, known
+        )  # of the emulated value; the measurement itself must be better by the emulator's error
+        unit, halving = "Pa" if column.endswith("_pa") else "kg/m3", math.sqrt(max(halving**2 - model.loo_rmse**2, 0.0)) or math.nan
+        rows.append((column, unit, known.mean(), error, left_over(values, known, error), halving))
+    table = pd.DataFrame(rows, columns=["measurement", "unit", "mean", "standard_error", "left_over_ratio", "halving_error"])
     return table.assign(case=family.case).sort_values("left_over_ratio", ignore_index=True)
 
 
@@ -122,6 +128,11 @@ def verdict(answer: pd.Series, further: pd.DataFrame) -> str:
     best = further.iloc[0]
     left = f"{called(best)} as well would leave {best['left_over_ratio']:.2f} of it."
     return text + (f"Measuring {left}" if len(halving) else f"No further measurement would halve it: {left}")
+
+
+def halves(measurement: dict) -> str:
+    """Standard uncertainty with which a measurement halves the uncertainty, as the table has it."""
+    return "–" if pd.isna(measurement["halving_error"]) else f"± {measurement['halving_error']:.2g}"
 
 
 def called(measurement: pd.Series) -> str:
@@ -165,9 +176,16 @@ def write_page(runs: pd.DataFrame, family: Family, answers: pd.DataFrame, furthe
         "## What would narrow it",
         "Share of the standard deviation of the drawbar pull over the posterior that a further measurement would leave.",
         markdown(
-            ("measurement", "mean", "standard uncertainty", "unit", "left over"),
+            ("measurement", "unit", "mean", "standard uncertainty", "left over", "halves it if known to"),
             [
-                (r["measurement"], f"{r['mean']:.4g}", f"{r['standard_error']:.3g}", r["unit"], f"{r['left_over_ratio']:.2f}")
+                (
+                    r["measurement"],
+                    r["unit"],
+                    f"{r['mean']:.4g}",
+                    f"{r['standard_error']:.2g}",
+                    f"{r['left_over_ratio']:.2f}",
+                    halves(r),
+                )
                 for r in further.to_dict("records")
             ],
         ),

@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from virtual_soil.calibration.further import FURTHER_RATIO, further_error, halving_error, left_over
 from virtual_soil.calibration.response import Responses
 from virtual_soil.calibration.space import space_of
 from virtual_soil.calibration.trade_off import trade_off
-from virtual_soil.calibration.uncertainty import further_error, left_over
 from virtual_soil.calibration.verify import UNASKED, verdict
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report.items import Entry, Item
@@ -69,7 +69,7 @@ def words(study: Study) -> dict:
     return {
         "twins": twin_table(study.twins),
         "simulated": "equivalents_simulated" in study.tables,
-        "measured_percent": f"{100.0 * study.config['uncertainty']['target_uncertainty_ratio']:g}",
+        "measured_percent": f"{100.0 * FURTHER_RATIO:g}",
         "unasked": any(set(study.responses) - names for names in asked.values()),
     }
 
@@ -190,18 +190,20 @@ def narrowing_table(
     posterior: pd.DataFrame, variables: list[str], responses: Responses, asked: Mapping[str, set[str]], config: Mapping
 ) -> pd.DataFrame:
     """What is left of each variable's standard deviation if a response were measured that a case is not calibrated by."""
-    ratio, consequences = config["uncertainty"]["target_uncertainty_ratio"], config["verify"]["difference_of_consequence"]
+    consequences = config["verify"]["difference_of_consequence"]
     rows = []
     for case, samples in posterior.groupby("case", sort=False):
         for name in (name for name in responses if name not in asked[str(case)]):
             known = samples[responses[name].column]
-            error = further_error(known, ratio, consequences[responses[name].column])
+            error = further_error(known, FURTHER_RATIO, consequences[responses[name].column])
             row = {
                 "case": spoken(str(case)),
                 "measured as well": header(responses[name]),
                 "expected": f"{known.mean():.3g} ± {error:.2g}",
             }
-            rows.append(row | {symbol(v): f"{left_over(samples[v], known, error):.2f}" for v in variables})
+            row |= {symbol(v): f"{left_over(samples[v], known, error):.2f}" for v in variables}
+            halving = {v: halving_error(samples[v], known) for v in variables}
+            rows.append(row | {f"halves {symbol(v)} at": "–" if pd.isna(halving[v]) else f"± {halving[v]:.2g}" for v in variables})
     return pd.DataFrame(rows)
 
 
