@@ -199,7 +199,7 @@ def narrowing_table(
             row = {
                 "case": spoken(str(case)),
                 "measured as well": header(responses[name]),
-                "expected": f"{known.mean():.3g} ± {error:.2g}",
+                "expected": f"{known.mean():.4g} ± {error:.2g}",
             }
             row |= {symbol(v): f"{left_over(samples[v], known, error):.2f}" for v in variables}
             halving = {v: halving_error(samples[v], known) for v in variables}
