@@ -10,7 +10,7 @@ from matplotlib.ticker import NullLocator
 from virtual_soil.calibration.response import Response
 from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.report.plots import COLOURS, canvas
-from virtual_soil.report.quantities import VARIABLES, axis_label, printed_unit
+from virtual_soil.report.quantities import VARIABLES, axis_label, printed_unit, symbol
 from virtual_soil.report.text import spoken
 
 #: Points of a drawn line, and of a drawn surface along each axis.
@@ -69,8 +69,8 @@ def several(n: int, height: float):
 def surfaces(points: Mapping[str, pd.DataFrame], surrogates: Mapping, radius_m: float) -> Figure:
     """Surface of every response over the friction plane at one radius, with the simulated points."""
     rows, columns = arranged(len(points))
-    figure = Figure(figsize=(11, 4.2 * rows))
-    figure.subplots_adjust(left=0.0, right=0.94, bottom=0.06 / rows, top=0.98, wspace=0.1, hspace=0.12)
+    figure = Figure(figsize=(11, min(4.2, 12.6 / columns) * rows))
+    figure.subplots_adjust(left=0.03, right=0.94, bottom=0.06 / rows, top=0.96, wspace=0.1, hspace=0.12)
     panels = [figure.add_subplot(rows, columns, k + 1, projection="3d") for k in range(len(points))]
     for axes, (name, table) in zip(panels, points.items(), strict=True):
         draw_surface(axes, table, RESPONSES[name], surrogates[name], radius_m)
@@ -86,7 +86,8 @@ def draw_surface(axes, table: pd.DataFrame, response: Response, surrogate, radiu
     field = field if response.signed else np.maximum(field, 0.0)
     axes.plot_surface(s, r, field, cmap="viridis", alpha=0.7, linewidth=0)
     axes.scatter(table[static], table[rolling], table[response.column], color="black", s=8, depthshade=False)
-    axes.set(xlabel=axis_label(static), ylabel=axis_label(rolling), zlabel=axis_label(response.name))
+    axes.set(xlabel=symbol(static), ylabel=symbol(rolling))
+    axes.set_title(axis_label(response.name), fontsize="small")
     axes.view_init(25, -130)
 
 
@@ -139,7 +140,8 @@ def parity(residuals: pd.DataFrame, chosen: Mapping) -> Figure:
         ends = [min(points["observed"].min(), predicted.min()), max(points["observed"].max(), predicted.max())]
         axes.plot(ends, ends, color="0.6", linewidth=1)
         axes.errorbar(points["observed"], predicted, xerr=points["noise"], fmt="o", markersize=3, linewidth=0.7, color=COLOURS[0])
-        axes.set(xlabel=f"simulated {axis_label(name)}", ylabel="predicted")
+        axes.set(xlabel="simulated", ylabel="predicted")
+        axes.set_title(axis_label(name), fontsize="small")
     return figure
 
 
