@@ -29,6 +29,7 @@ from virtual_soil.report.sections.uncertainty import (
     simulated_table,
 )
 from virtual_soil.report.sections.verification import best_table
+from virtual_soil.report.study import Study as Finished
 
 ANGLE = RESPONSES["angle_of_repose"]
 REPORT = ROOT / "src" / "virtual_soil" / "report"
@@ -187,6 +188,14 @@ def test_the_coverage_is_counted():
 def test_equivalent_sets_are_a_table_to_pick_from():
     table = equivalents_table(pd.DataFrame([{**SET, "angle_of_repose_deg": 30.04}]), {"angle_of_repose": ANGLE})
     assert table.iloc[0].tolist() == ["sand", 2, "200", "0.50", "0.100", "30.0"]
+
+
+def test_only_responses_with_a_weight_are_called_targets():
+    config = defaults(Study)
+    config["optimise"]["cases"] = [{"case": "a", "weights": {"angle_of_repose": 1}}, {"case": "b", "weights": {"cohesion": 1}}]
+    responses = responses_of(("repose", "shear"))
+    study = SimpleNamespace(config=config, responses=responses)
+    assert list(Finished.wanted.fget(study)) == [name for name in responses if name in ("angle_of_repose", "cohesion")]
 
 
 def test_what_would_narrow_a_parameter_is_told_of_each_response_that_a_case_leaves():

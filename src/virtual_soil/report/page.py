@@ -59,7 +59,7 @@ def words_of(study: Study) -> dict:
     """Text of the page: the sections' own, and that of its head and its end."""
     return {
         "study": study.config["study"],
-        "responses": enumerated([f"{response.words} {response.symbol}" for response in study.responses.values()]),
+        "responses": enumerated([f"{response.words} {response.symbol}" for response in study.wanted.values()]),
         "cost": cost_sentence(study),
         "sections": [{"module": section, "words": section.words(study)} for section in SECTIONS],
         "engine": study.engine,

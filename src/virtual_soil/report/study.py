@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
+from virtual_soil.calibration.optimise import weighted
 from virtual_soil.calibration.response import Response, Responses
 from virtual_soil.campaign.design import DESIGNED
 from virtual_soil.campaign.experiments.registry import responses_of
@@ -57,6 +58,12 @@ class Study:
     def responses(self) -> Responses:
         """Responses that the study's experiments measure, by name."""
         return responses_of(self.config["experiments"])
+
+    @property
+    def wanted(self) -> Responses:
+        """Those that a case is calibrated by."""
+        asked = {name for case in self.config["optimise"]["cases"] for name in weighted(case, self.responses)}
+        return {name: response for name, response in self.responses.items() if name in asked}
 
 
 def offers(config: dict) -> set[str]:

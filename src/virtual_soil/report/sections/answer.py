@@ -46,7 +46,7 @@ def words(study: Study) -> dict:
         "cards": answer_cards(study.tables["calibration"], study.tables["verification"]),
         "errors": ERRORS[study.config["optimise"]["errors"]],
         "preference": " and prefers large grains" if prefers_large(study.config["optimise"]["cases"]) else "",
-        "targets": ", ".join(response.symbol for response in study.responses.values()),
+        "targets": ", ".join(response.symbol for response in study.wanted.values()),
         "remarks": answer_remarks(study),
     }
 
