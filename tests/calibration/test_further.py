@@ -25,6 +25,9 @@ def test_a_further_measurement_that_does_not_rise_with_the_quantity_tells_of_it_
 def test_a_measurement_that_halves_the_uncertainty_is_found_with_its_error():
     x, other = np.random.default_rng(8).normal(size=(2, 2000))
     assert halving_error(x, 2.0 * x) == pytest.approx(2.0 / np.sqrt(3.0), rel=0.05)  # 1 - 4 / (4 + s^2) = 1/4
+    whole = halving_error(x, 2.0 * x)
+    assert halving_error(x, 2.0 * x, 0.6 * whole) == pytest.approx(0.8 * whole)
+    assert np.isnan(halving_error(x, 2.0 * x, 1.01 * whole))
     assert np.isnan(halving_error(x, 0.6 * x + 0.8 * other))
     assert np.isnan(halving_error(x, np.ones_like(x)))
 

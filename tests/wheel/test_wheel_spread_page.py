@@ -59,6 +59,9 @@ def test_soils_that_differ_matter_and_what_tells_them_apart_is_named(tmp_path):
     assert pull["posterior_sd"] == pytest.approx(4.0 * 0.7 / np.sqrt(12.0), rel=0.15)  # uniform over 0.7
     assert further["measurement"].iloc[0] == "angle_deg"
     assert further["left_over_ratio"].iloc[0] < 0.3
+    halving = further.set_index("measurement")["halving_error"]
+    assert halving["angle_deg"] == pytest.approx(10.0 * 0.7 / np.sqrt(12.0) / np.sqrt(3.0), rel=0.2)
+    assert np.isnan(halving["bed_bulk_density_kg_m3"])
     text = verdict(pull, further)
     assert "It matters" in text
     assert "Measuring angle deg to" in text
@@ -84,7 +87,7 @@ def test_a_blunt_measurement_tells_nothing():
     runs, known = family(slope=4.0)
     further = further_table(runs, known, 1.0).set_index("measurement")
     assert further.loc["angle_deg", "left_over_ratio"] > 0.98
-    assert set(further.index) == {"angle_deg", "plate_pressure_pa", "bulk_density_kg_m3"}
+    assert set(further.index) == {"angle_deg", "plate_pressure_pa", "bed_bulk_density_kg_m3"}
 
 
 def test_members_are_spread_over_what_acts_under_the_wheel(study):

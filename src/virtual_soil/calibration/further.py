@@ -46,10 +46,11 @@ def left_over(quantity, further, further_se: float) -> float:
     return float(np.sqrt(min(variances.sum() / (whole.sum() * x.var(ddof=1)), 1.0)))
 
 
-def halving_error(quantity, further) -> float:
+def halving_error(quantity, further, model_error: float = 0.0) -> float:
     """Largest standard uncertainty of a further measurement that is expected to leave half of a quantity's standard deviation.
 
-    quantity, further : as of `left_over`. NaN if not even the sharpest one halves it: the surrogate's error is in `further`.
+    quantity, further : as of `left_over`. model_error : standard error of what predicts `further`, if the samples lack it. NaN if
+    not even the sharpest measurement halves it.
     """
     sd = float(np.std(further))
     low, high = np.log(SHARPEST), np.log(10.0)
@@ -58,4 +59,5 @@ def halving_error(quantity, further) -> float:
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if left_over(quantity, further, sd * np.exp(middle)) <= 0.5 else (low, middle)
-    return sd * float(np.exp(low))
+    of_measurement = (sd * np.exp(low)) ** 2 - model_error**2
+    return float(np.sqrt(of_measurement)) if of_measurement > 0.0 else math.nan

@@ -1,6 +1,5 @@
 """The page of target `wheel_spread`: noise of beds, spread of soils, what the calibration leaves and what would narrow it."""
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,8 +25,11 @@ QUANTITIES = {
 }
 #: What the verdict is about.
 MAIN = "drawbar_pull_n"
-#: Further measurements from the runs: column, and what it is called.
-OF_RUNS = {"plate_pressure_pa": "pressure under the plate", "bulk_density_kg_m3": "bulk density of the bed"}
+#: Further measurements from the runs: name, their column in the runs, what they are called, and their unit.
+OF_RUNS = {
+    "plate_pressure_pa": ("plate_pressure_pa", "pressure under the plate", "Pa"),
+    "bed_bulk_density_kg_m3": ("bulk_density_kg_m3", "bulk density of the bed", "kg/m3"),
+}
 #: Posterior samples that are looked for in the soils' hull.
 N_HULL = 200
 
@@ -98,14 +100,13 @@ def further_table(runs: pd.DataFrame, family: Family, measured_ratio: float) -> 
         known = family.posterior[column]
         error = further_error(known, measured_ratio, consequence)
         rows.append((column, unit, known.mean(), error, left_over(values, known, error), halving_error(values, known)))
-    for column in (name for name in OF_RUNS if name in runs and runs[name].notna().all()):
-        model, known = emulated(runs, family, column)
-        error = float(np.hypot(measured_ratio * abs(known.mean()), model.loo_rmse))
-        halving = halving_error(
-            values, known
-        )  # of the emulated value; the measurement itself must be better by the emulator's error
-        unit, halving = "Pa" if column.endswith("_pa") else "kg/m3", math.sqrt(max(halving**2 - model.loo_rmse**2, 0.0)) or math.nan
-        rows.append((column, unit, known.mean(), error, left_over(values, known, error), halving))
+    for name, (column, _, unit) in OF_RUNS.items():
+        if runs[column].notna().all():
+            model, known = emulated(runs, family, column)
+            error = float(np.hypot(measured_ratio * abs(known.mean()), model.loo_rmse))
+            rows.append(
+                (name, unit, known.mean(), error, left_over(values, known, error), halving_error(values, known, model.loo_rmse))
+            )
     table = pd.DataFrame(rows, columns=["measurement", "unit", "mean", "standard_error", "left_over_ratio", "halving_error"])
     return table.assign(case=family.case).sort_values("left_over_ratio", ignore_index=True)
 
@@ -137,7 +138,8 @@ def halves(measurement: dict) -> str:
 
 def called(measurement: pd.Series) -> str:
     """A measurement and its standard uncertainty in words."""
-    name = OF_RUNS.get(measurement["measurement"], measurement["measurement"].replace("_", " "))
+    name = measurement["measurement"]
+    name = OF_RUNS[name][1] if name in OF_RUNS else name.replace("_", " ")
     return f"{name} to ± {measurement['standard_error']:.3g} {measurement['unit']}"
 
 
@@ -181,8 +183,7 @@ def write_page(runs: pd.DataFrame, family: Family, answers: pd.DataFrame, furthe
                 (
                     r["measurement"],
                     r["unit"],
-                    f"{r['mean']:.4g}",
-                    f"{r['standard_error']:.2g}",
+                    *(f"{r[key]:.4g}" for key in ("mean", "standard_error")),
                     f"{r['left_over_ratio']:.2f}",
                     halves(r),
                 )
