@@ -184,6 +184,12 @@ def test_a_density_that_these_grains_do_not_reach_is_refused_with_what_they_reac
     with pytest.raises(CalibrationError, match=message) as refusal:
         steer_density(JOB, 1, 1000.0)
     assert "\n" not in str(refusal.value)
+    row = steer_density(JOB, 1, 1000.0, nearest=True)
+    assert row["preparation_friction_ratio"] == 4.0
+    assert 0.4 < row["solid_fraction"] < 0.6
+    assert row["bulk_density_kg_m3"] == pytest.approx(2500.0 * row["solid_fraction"])
+    assert row["asked_bulk_density_kg_m3"] == 1000.0
+    assert steer_density(JOB, 1, 2000.0, nearest=True)["preparation_friction_ratio"] == 0.0
 
 
 def test_a_bed_is_prepared_with_the_ratio_that_was_found(tmp_path):

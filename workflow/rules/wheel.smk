@@ -72,6 +72,8 @@ rule steer_density:
         bed=wheel_setups.bed_settings(WHEEL),
         bulk_density_kg_m3=WHEEL["bed"]["bulk_density_kg_m3"],
         seed=WHEEL["bed"]["seeds"][0],
+        # one of many equivalent soils does not stop the others
+        nearest=lambda wildcards: wheel_soil.MEMBER in wildcards.case,
         dem=ENGINE,
         code=CODE.of_script("steer_density"),
     message:

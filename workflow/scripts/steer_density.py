@@ -7,5 +7,5 @@ if __name__ == "__main__":
     log_to(snakemake.log[0])
     params = dict(snakemake.params.items())
     source = {"rule": snakemake.rule, "case": snakemake.wildcards.case, **params}
-    row = steer_density(params, params["seed"], params["bulk_density_kg_m3"])
+    row = steer_density(params, params["seed"], params["bulk_density_kg_m3"], params["nearest"])
     store_preparation(snakemake.wildcards.case, row, snakemake.output.row, source)

@@ -16,13 +16,13 @@ MOST_HALVINGS = 10
 
 
 def preparation_for(
-    soil: Soil, setup: Setup, engine: Engine, seed: int, solid_fraction: float, tolerance: float = 0.003
+    soil: Soil, setup: Setup, engine: Engine, seed: int, solid_fraction: float, tolerance: float = 0.003, nearest: bool = False
 ) -> tuple[float, float]:
     """Preparation friction ratio, up to LOOSEST_RATIO, at which a bed has a solid fraction to a tolerance; its column's fraction.
 
     By bisection, for the fraction falls with the ratio; not without scatter, so that after MOST_HALVINGS the fraction may miss the
     tolerance. The bed itself differs by the scatter of two packings, and by more if it is narrower than the columns: grains
-    between near images form rows, and pack more densely.
+    between near images form rows, and pack more densely. nearest : take the loosest or the densest column if it is not reached.
 
     Raises
     ------
@@ -37,8 +37,11 @@ def preparation_for(
     low, high = 0.0, LOOSEST_RATIO
     dense, loose = packed(low), packed(high)
     allowed = f"{loose:.4f} to {dense:.4f}, as these grains pack with {high:g} times their friction and with none"
-    require(loose - tolerance <= solid_fraction <= dense + tolerance, "solid_fraction of the bed", solid_fraction, allowed)
+    reached = loose - tolerance <= solid_fraction <= dense + tolerance
+    require(reached or nearest, "solid_fraction of the bed", solid_fraction, allowed)
     ratio, found = min(((high, loose), (low, dense)), key=lambda pair: abs(pair[1] - solid_fraction))
+    if not reached:
+        return ratio, found
     for _ in range(MOST_HALVINGS):
         if abs(found - solid_fraction) <= tolerance:
             break

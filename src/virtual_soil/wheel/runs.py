@@ -77,16 +77,16 @@ def prepare_bed(job: dict, seed: int, path: str, checkpoint: Checkpoint) -> dict
     return bed_row(bed, checkpoint.spent_s, soil.radius_m)
 
 
-def steer_density(job: dict, seed: int, bulk_density_kg_m3: float) -> dict:
+def steer_density(job: dict, seed: int, bulk_density_kg_m3: float, nearest: bool = False) -> dict:
     """Row of the preparation that gives beds a bulk density; job : `soil`, `grains`, `engine`, `bed`. Repeated if interrupted.
 
-    Raises CalibrationError if these grains do not pack so loosely or so densely.
+    nearest : take what comes nearest if these grains do not pack so loosely or so densely; else CalibrationError.
     """
     soil, engine = soil_and_engine(job)
     fraction = bulk_density_kg_m3 / soil.density_kg_m3
     said = f"wheel.bed.bulk_density_kg_m3 is {bulk_density_kg_m3:g}, with grains of {soil.density_kg_m3:g} kg/m3"
     with refused(said):
-        ratio, found = preparation_for(soil, Setup(**job["bed"]), engine, seed, fraction)
+        ratio, found = preparation_for(soil, Setup(**job["bed"]), engine, seed, fraction, nearest=nearest)
     return {
         "asked_bulk_density_kg_m3": float(bulk_density_kg_m3),
         "preparation_friction_ratio": float(ratio),

@@ -131,6 +131,11 @@ def verdict(answer: pd.Series, further: pd.DataFrame) -> str:
     return text + (f"Measuring {left}" if len(halving) else f"No further measurement would halve it: {left}")
 
 
+def beds_in_words(runs: pd.DataFrame) -> tuple[str, str]:
+    """Number of beds of a soil, and their mean bulk density."""
+    return f"{len(runs)}", f"{runs['bulk_density_kg_m3'].mean():.0f}"
+
+
 def halves(measurement: dict) -> str:
     """Standard uncertainty with which a measurement halves the uncertainty, as the table has it."""
     return "–" if pd.isna(measurement["halving_error"]) else f"± {measurement['halving_error']:.2g}"
@@ -191,10 +196,11 @@ def write_page(runs: pd.DataFrame, family: Family, answers: pd.DataFrame, furthe
             ],
         ),
         "## Soils",
+        "A soil that does not pack to the asked bulk density has the nearest one that it reaches.",
         markdown(
-            ("soil", "beds", *family.space.variables),
+            ("soil", "beds", "bulk density of the beds (kg/m³)", *family.space.variables),
             [
-                (r["case"], int((runs["case"] == r["case"]).sum()), *(f"{r[name]:.4g}" for name in family.space.variables))
+                (r["case"], *beds_in_words(runs[runs["case"] == r["case"]]), *(f"{r[name]:.4g}" for name in family.space.variables))
                 for r in family.soils.to_dict("records")
             ],
         ),
