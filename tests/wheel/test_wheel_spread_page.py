@@ -45,9 +45,11 @@ def family(slope=0.0, n=9):
     runs = rows("wheel_spread", case=list(frame["case"]), seed=[1, 2] * n, **columns)
     posterior = pd.DataFrame({"static_friction": generator.uniform(0.2, 0.9, 400), "radius_m": 5e-4})
     posterior = posterior.assign(rolling_friction=generator.uniform(0.02, 0.18, 400))
-    posterior["angle_deg"] = 20.0 + 10.0 * posterior["static_friction"]
+    posterior["angle_of_repose_deg"] = 20.0 + 10.0 * posterior["static_friction"]
     acting = ["static_friction", "rolling_friction"]
-    return runs, Family("sand", ["confirmed", "matches"], soils, posterior, space_of(DESIGN), acting, {"angle_deg": ("deg", 0.01)})
+    return runs, Family(
+        "sand", ["confirmed", "matches"], soils, posterior, space_of(DESIGN), acting, {"angle_of_repose_deg": ("deg", 0.01)}
+    )
 
 
 def test_soils_that_differ_matter_and_what_tells_them_apart_is_named(tmp_path):
@@ -57,14 +59,14 @@ def test_soils_that_differ_matter_and_what_tells_them_apart_is_named(tmp_path):
     assert pull["beds_sd"] == pytest.approx(0.1, rel=0.5)
     assert pull["soils_sd"] == pytest.approx(4.0 * np.linspace(0.15, 0.95, 9).std(ddof=1), rel=0.2)
     assert pull["posterior_sd"] == pytest.approx(4.0 * 0.7 / np.sqrt(12.0), rel=0.15)  # uniform over 0.7
-    assert further["measurement"].iloc[0] == "angle_deg"
+    assert further["measurement"].iloc[0] == "angle_of_repose_deg"
     assert further["left_over_ratio"].iloc[0] < 0.3
     halving = further.set_index("measurement")["halving_error"]
-    assert halving["angle_deg"] == pytest.approx(10.0 * 0.7 / np.sqrt(12.0) / np.sqrt(3.0), rel=0.2)
+    assert halving["angle_of_repose_deg"] == pytest.approx(10.0 * 0.7 / np.sqrt(12.0) / np.sqrt(3.0), rel=0.2)
     assert np.isnan(halving["bed_bulk_density_kg_m3"])
     text = verdict(pull, further)
     assert "It matters" in text
-    assert "Measuring angle deg to" in text
+    assert "Measuring angle of repose to ± 0.1" in text
     page, picture = tmp_path / "spread.md", tmp_path / "wheel" / "spread.png"
     write_page(runs, known, answers, further, page, picture)
     written = page.read_text(encoding="utf-8")
@@ -86,8 +88,8 @@ def test_soils_that_do_not_differ_do_not_matter():
 def test_a_blunt_measurement_tells_nothing():
     runs, known = family(slope=4.0)
     further = further_table(runs, known, 1.0).set_index("measurement")
-    assert further.loc["angle_deg", "left_over_ratio"] > 0.98
-    assert set(further.index) == {"angle_deg", "plate_pressure_pa", "bed_bulk_density_kg_m3"}
+    assert further.loc["angle_of_repose_deg", "left_over_ratio"] > 0.98
+    assert set(further.index) == {"angle_of_repose_deg", "plate_pressure_pa", "bed_bulk_density_kg_m3"}
 
 
 def test_members_are_spread_over_what_acts_under_the_wheel(study):

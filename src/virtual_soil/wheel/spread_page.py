@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from virtual_soil.calibration.further import further_error, halving_error, left_over
 from virtual_soil.calibration.space import Space, inside_hull
 from virtual_soil.calibration.uncertainty import LEVELS
+from virtual_soil.campaign.experiments.registry import RESPONSES
 from virtual_soil.campaign.files import write_text, writing
 from virtual_soil.verification.page import markdown
 from virtual_soil.wheel.figures import COLOURS, DPI
@@ -143,8 +144,10 @@ def halves(measurement: dict) -> str:
 
 def called(measurement: pd.Series) -> str:
     """A measurement and its standard uncertainty in words."""
-    name = measurement["measurement"]
-    name = OF_RUNS[name][1] if name in OF_RUNS else name.replace("_", " ")
+    names = {response.column: response.words for response in RESPONSES.values()} | {
+        name: said for name, (_, said, _) in OF_RUNS.items()
+    }
+    name = names[measurement["measurement"]]
     return f"{name} to ± {measurement['standard_error']:.3g} {measurement['unit']}"
 
 
