@@ -85,6 +85,20 @@ def test_soils_that_do_not_differ_do_not_matter():
     assert "It matters" not in text
 
 
+def test_an_emulator_that_knows_nothing_says_nothing_of_the_posterior(tmp_path):
+    runs, known = family()
+    answers, further = answer_table(runs, known), further_table(runs, known, 0.05)
+    pull = answers[answers["quantity"] == "drawbar_pull_n"].iloc[0]
+    assert pull["emulator_degree"] == 0
+    assert np.isnan(pull["posterior_sd"])
+    assert further["left_over_ratio"].isna().all()
+    assert "is not known from these soils" in verdict(pull, further)
+    write_page(runs, known, answers, further, tmp_path / "spread.md", tmp_path / "wheel" / "spread.png")
+    text = (tmp_path / "spread.md").read_text(encoding="utf-8")
+    assert "| – | – |" in text
+    assert "nan" not in text
+
+
 def test_a_blunt_measurement_tells_nothing():
     runs, known = family(slope=4.0)
     further = further_table(runs, known, 1.0).set_index("measurement")

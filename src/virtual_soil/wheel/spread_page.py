@@ -1,5 +1,6 @@
 """The page of target `wheel_spread`: noise of beds, spread of soils, what the calibration leaves and what would narrow it."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -75,6 +76,8 @@ def answer_table(runs: pd.DataFrame, family: Family) -> pd.DataFrame:
     for column in QUANTITIES:
         found = components(runs[column], runs["case"])
         model, values = emulated(runs, family, column)
+        if model.degree == 0:  # the soils' mean: it knows nothing of the posterior
+            values = np.full(len(values), math.nan)
         low, high = np.quantile(values, LEVELS)
         row = {"case": family.case, "quantity": column, **vars(found), "emulator_degree": model.degree}
         row |= {"emulator_error": model.loo_rmse, "posterior_mean": float(values.mean())}
@@ -94,8 +97,9 @@ def further_table(runs: pd.DataFrame, family: Family, measured_ratio: float) -> 
     """One row per further measurement: which share of the standard deviation of MAIN over the posterior it would leave.
 
     measured_ratio : standard uncertainty of a measurement over its mean; that of an emulated one has the emulator's error, too.
+    Missing where no emulator knows how the quantity depends on the soil.
     """
-    _, values = emulated(runs, family, MAIN)
+    main, values = emulated(runs, family, MAIN)
     rows = []
     for column, (unit, consequence) in family.responses.items():
         known = family.posterior[column]
@@ -109,6 +113,8 @@ def further_table(runs: pd.DataFrame, family: Family, measured_ratio: float) -> 
                 (name, unit, known.mean(), error, left_over(values, known, error), halving_error(values, known, model.loo_rmse))
             )
     table = pd.DataFrame(rows, columns=["measurement", "unit", "mean", "standard_error", "left_over_ratio", "halving_error"])
+    if main.degree == 0:
+        table["left_over_ratio"] = math.nan
     return table.assign(case=family.case).sort_values("left_over_ratio", ignore_index=True)
 
 
@@ -123,9 +129,12 @@ def verdict(answer: pd.Series, further: pd.DataFrame) -> str:
         text += "**It matters which of the equivalent soils is taken**: they differ by more than beds of one soil do. "
     else:
         text += "The soils differ, and not clearly more than the beds of one soil. "
-    text += f"Over the whole posterior the calibration leaves ± {rest:.2f} {unit}. "
     if answer["emulator_degree"] == 0:
-        return text + "The emulator finds no dependence on the grains' parameters beyond its error, so nothing would narrow it."
+        return text + (
+            "No polynomial in the grains' parameters predicts soils left out better than the mean does: what the whole posterior "
+            "has, and what would narrow it, is not known from these soils."
+        )
+    text += f"Over the whole posterior the calibration leaves ± {rest:.2f} {unit}. "
     halving = further[further["left_over_ratio"] <= 0.5]
     best = further.iloc[0]
     left = f"{called(best)} as well would leave {best['left_over_ratio']:.2f} of it."
@@ -135,6 +144,11 @@ def verdict(answer: pd.Series, further: pd.DataFrame) -> str:
 def beds_in_words(runs: pd.DataFrame) -> tuple[str, str]:
     """Number of beds of a soil, and their mean bulk density."""
     return f"{len(runs)}", f"{runs['bulk_density_kg_m3'].mean():.0f}"
+
+
+def or_dash(value: float, form: str) -> str:
+    """A number of the table; a dash if it is missing."""
+    return "–" if pd.isna(value) else f"{value:{form}}"
 
 
 def halves(measurement: dict) -> str:
@@ -163,7 +177,11 @@ def figure(runs: pd.DataFrame, family: Family) -> Figure:
     labels = ["optimum", *(str(soil).rpartition("-")[2] for soil in family.soils["case"][1:])]
     left.set_xticks(range(len(labels)), labels)
     left.set(xlabel="soil: rank of the equivalent set", ylabel=f"{name} ({unit})")
-    right.hist(factor * emulated(runs, family, MAIN)[1], bins=30, orientation="horizontal", color=COLOURS[2])
+    model, values = emulated(runs, family, MAIN)
+    if model.degree:
+        right.hist(factor * values, bins=30, orientation="horizontal", color=COLOURS[2])
+    else:
+        right.text(0.5, 0.5, "not known", transform=right.transAxes, ha="center")
     right.set_xlabel("posterior samples, by the emulator")
     return drawn
 
@@ -192,7 +210,7 @@ def write_page(runs: pd.DataFrame, family: Family, answers: pd.DataFrame, furthe
                     r["measurement"],
                     r["unit"],
                     *(f"{r[key]:.4g}" for key in ("mean", "standard_error")),
-                    f"{r['left_over_ratio']:.2f}",
+                    or_dash(r["left_over_ratio"], ".2f"),
                     halves(r),
                 )
                 for r in further.to_dict("records")
@@ -222,7 +240,8 @@ def answers_markdown(answers: pd.DataFrame) -> str:
         beds, soils = (
             f"{f * row[f'{k}_sd']:.3g} ({f * row[f'{k}_low']:.3g} to {f * row[f'{k}_high']:.3g})" for k in ("beds", "soils")
         )
-        left = f"{f * row['posterior_mean']:.3g} ± {f * row['posterior_sd']:.2g}"
-        interval = f"{f * row['posterior_low_95']:.3g} to {f * row['posterior_high_95']:.3g}"
+        known = not pd.isna(row["posterior_sd"])
+        left = f"{f * row['posterior_mean']:.3g} ± {f * row['posterior_sd']:.2g}" if known else "–"
+        interval = f"{f * row['posterior_low_95']:.3g} to {f * row['posterior_high_95']:.3g}" if known else "–"
         rows.append((name, unit, f"{f * row['mean']:.4g}", beds, soils, left, interval, f"{f * row['emulator_error']:.2g}"))
     return markdown(("", "unit", "mean", "SD of beds", "SD of soils", "over the posterior", "95 %", "emulator's error"), rows)
