@@ -35,3 +35,10 @@ def test_a_measurement_that_halves_the_uncertainty_is_found_with_its_error():
 def test_no_measurement_is_sharper_than_half_of_what_matters():
     assert further_error(np.array([9.0, 11.0]), 0.02, 0.1) == pytest.approx(0.2)
     assert further_error(np.array([-1.0, 1.0]), 0.02, 0.1) == 0.05
+
+
+def test_the_reading_has_the_measurements_error_too():
+    x, error, z = np.repeat([-1.0, 1.0], 1000), 0.7, np.linspace(-8.0, 8.0, 4001)
+    means = np.tanh((1.0 + error * z) / error**2)  # of x, after a reading of 1 + error z of a soil with x = 1
+    variance = np.trapezoid((1.0 - means**2) * np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi), z)
+    assert left_over(x, x, error) == pytest.approx(np.sqrt(variance), abs=0.02)  # without the error: 0.22 less
