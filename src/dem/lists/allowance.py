@@ -9,12 +9,11 @@ import math
 from dem.jit import strict_jit
 from dem.layout import MOTION, PLACE, RADIUS, VX
 
-#: The least outer allowance is half a skin, or more where the mean grain moves far in a step: the root of FLOW times that way times
-#: the skin, as larger lists are made anew more seldom.
-FLOW = 32.0
-#: Grains faster than 1 / 2^k of the fastest have 2^k times the least: k is as large as DOUBLINGS, or as leaves this share of FEW,
-#: whose partners are searched for over several cells.
-DOUBLINGS, FEW = 2, 0.03
+#: An outer allowance is half a skin, or more if its grain moves farther in the time of the list, in which the mean grain moves the
+#: root of FLOW times its way in a step times the skin: larger lists are made anew more seldom.
+FLOW = 16.0
+#: Mean way in a step, in skins, below which grains are at rest.
+TINY = 1e-12
 
 #: Inner allowances last for a number of steps at which it costs about the same to make the list anew as to hold pairs that do not
 #: touch, which this UPKEEP weighs. Each grain may gain a SHARE of the fastest one's speed meanwhile.
@@ -59,22 +58,14 @@ def note_places(place, since):
 
 @strict_jit
 def allow_outer(grains, lists, dt, skin, most):
-    """Set the outer allowances for grains where they are now: half a skin or more, up to `most` in m. Returns the least."""
+    """Set the outer allowances for grains where they are now: from half a skin to `most` in m. Returns that of the mean speed."""
     n = lists.allowance.shape[0]
-    fastest, mean = speeds(grains, n)
-    least = min(max(0.5 * skin, math.sqrt(FLOW * mean * dt * skin)), most)
-    factor = 1.0
-    for _ in range(DOUBLINGS):
-        n_faster = 0
-        for i in range(n):
-            n_faster += int(speed(grains, i) * 2.0 * factor > fastest)
-        if n_faster > FEW * n or 2.0 * factor * least > most:
-            break
-        factor *= 2.0
+    _, mean = speeds(grains, n)
+    duration_s = math.sqrt(FLOW * dt * skin / max(mean, TINY * skin / dt))
     for i in range(n):
-        lists.allowance[i] = least * (factor if speed(grains, i) * factor > fastest else 1.0)
+        lists.allowance[i] = min(max(0.5 * skin, speed(grains, i) * duration_s), most)
     note_places(grains.place, lists.origin)
-    return least
+    return min(max(0.5 * skin, mean * duration_s), most)
 
 
 @strict_jit

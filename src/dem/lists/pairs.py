@@ -14,7 +14,6 @@ from dem.jit import jit, lean_jit, strict_inline_jit, strict_jit
 from dem.layout import BLOCK, INVERSE_MASS, MOTION, PLACE, RADIUS, Period, U, Y, Z
 from dem.lists.blocks import finish_block, interleave, load_pair, raw_blocks
 from dem.lists.grid import (
-    cell_index,
     cell_size,
     cells_of,
     frequencies,
@@ -32,12 +31,15 @@ WIDER = 1.0 + 1e-9
 #: From this number of grains on cells are as wide as those of the largest cutoff, if that is at most this many times as large: the
 #: slabs are then a cell thick, and so many that steps are fused (`dem.step.schedule`). Smaller beds only pay for wider cells.
 WIDE_FROM, WIDEST = 72_000, 1.25
+#: Cost of a search through neighbouring cells as wide as the cutoff of common grains, over that of as many grains' far pairs:
+#: 16 ns a grain and 0.5 us in 38 000 grains of sizes 2 : 1 (the bulk benchmarks' drum). Widths are tried in steps of WIDENING.
+NEAR_COST, WIDENING = 0.03, 1.2
 
 
 class Search(NamedTuple):
     """Input of a search through the cell grid.
 
-    in_order (n, 5): positions, shares of cutoffs, tags in cell order (grains of one tag are fixed together). low, shape, start,
+    in_order (5, n): positions, shares of cutoffs, tags in cell order (grains of one tag are fixed together). low, shape, start,
     cell, period: the grid (`dem.lists.grid`). is_ring: the slabs close a ring across a periodic face. images: None, or Period.
     """
 
@@ -52,6 +54,17 @@ class Search(NamedTuple):
     images: Period | None
 
 
+class Ahead(NamedTuple):
+    """The grains of one cell, then those of the cells in which they search: columns of `Search.in_order` (5, n), numbers (n,).
+
+    near (n,): whether they are partners of one grain.
+    """
+
+    in_order: np.ndarray
+    number: np.ndarray
+    near: np.ndarray
+
+
 class Slots(NamedTuple):
     """One slab's part of the contacts: grains i and j, entry of the outer list."""
 
@@ -61,22 +74,19 @@ class Slots(NamedTuple):
 
 
 @strict_jit
-def find_pairs(grains, clumps, period, images, allowances, reach_m, least, outer):
+def find_pairs(grains, clumps, period, images, allowances, reach_m, usual, outer):
     """Find every pair closer than r_i + r_j + a_i + a_j + reach_m, once; returns their number, or -1 if the list may be too short.
 
     A pair belongs to the row of the grain that comes first in cell order, so only cells ahead of a grain are searched. Across a
     periodic face that closes a ring of slabs it belongs to the last slab (see `dem.lists.slabs.cut_slabs`). What large grains reach
     beyond the neighbouring cells is found by `dem.lists.sizes`.
-    allowances (n,) : a_i in m, `least` of them that of most grains, for the size of the cells.
+    allowances (n,) : a_i in m; `usual`, that of the mean grain, serves for the size of the cells.
     clumps : `dem.clumps.records.Clumps`, or None. period (3,) : 0 where not periodic; images : its `Period`, or None. Overwrites
     `outer` except its history.
     """
-    row, order = outer.row, outer.order
-    cell = WIDER * cell_size(grains, 2.0 * least + reach_m)
-    most = farthest(grains, allowances) + 0.5 * reach_m
-    if order.shape[0] >= WIDE_FROM and 2.0 * most <= WIDEST * cell:
-        cell = max(cell, WIDER * 2.0 * most)
-    reach = cells_of(most, cell)
+    order = outer.order
+    cell = cell_of(grains, allowances, reach_m, usual)
+    reach = cells_of(farthest(grains, allowances) + 0.5 * reach_m, cell)
     low, shape, start = sort_into_cells(grains, period, cell, order)
     cut_slabs(start, shape, reach, outer.slab)
     is_ring = period[0] > 0.0 and used_slabs(outer.slab) > 1
@@ -84,18 +94,52 @@ def find_pairs(grains, clumps, period, images, allowances, reach_m, least, outer
         in_cell_order(grains, clumps, allowances, reach_m, order), order, low, shape, start, cell, period, is_ring, images
     )
     far = far_pairs(grains, search, outer.partner.shape[0] if reach > 1 else 0)
+    return fill_rows(search, far, outer)
+
+
+@strict_jit
+def fill_rows(search, far, outer):
+    """As `find_pairs`, for grains in cells; far : their far pairs."""
+    order, shape, start, n = search.order, search.shape, search.start, search.order.shape[0]
+    ahead = Ahead(np.empty((5, n)), np.empty(n, np.int32), np.empty(n, np.int8))
     m = 0
-    for rank in range(order.shape[0]):
-        i = order[rank]
-        row[i, 0] = m
-        m = search_around(rank, grains, search, outer.partner, m)
-        if reach > 1 and m >= 0:  # each call costs what its arrays cost to pass
-            m = append_far(rank, far, outer.partner, m)
-        if m < 0:
-            return -1
-        row[i, 1] = m
-        outer.owner[row[i, 0] : m] = i
+    for x in range(shape[0]):
+        for y in range(shape[1]):
+            for z in range(shape[2]):
+                c = (x * shape[1] + y) * shape[2] + z
+                n_ahead = collect(x, y, z, search, ahead) if start[c] < start[c + 1] else 0
+                for rank in range(start[c], start[c + 1]):
+                    if m + n_ahead > outer.partner.shape[0]:
+                        return -1
+                    begin = m
+                    m += scan(rank - start[c], n_ahead, ahead, search.images, outer.partner[m:])
+                    if far.partner.shape[0] > 0:  # each call costs what its arrays cost to pass
+                        m = append_far(rank, far, outer.partner, m)
+                        if m < 0:
+                            return -1
+                    outer.row[order[rank], 0], outer.row[order[rank], 1] = begin, m
+                    outer.owner[begin:m] = order[rank]
     return m
+
+
+@strict_jit
+def cell_of(grains, allowances, reach_m, usual):
+    """Edge of a cell in m, at which the search costs least: from the cutoff of common grains (`cell_size`) to the largest one."""
+    n, fine = allowances.shape[0], WIDER * cell_size(grains, 2.0 * usual + reach_m)
+    wide = WIDER * (2.0 * farthest(grains, allowances) + reach_m)
+    if wide <= fine or (n >= WIDE_FROM and wide <= WIDEST * fine):
+        return max(fine, wide)
+    best, lowest = wide, NEAR_COST * (wide / fine) ** 3
+    cell = fine
+    while cell < wide:
+        n_far = 0
+        for i in range(n):
+            n_far += int(2.0 * (grains.place[PLACE * i + RADIUS] + allowances[i]) + reach_m > cell)
+        cost = NEAR_COST * (cell / fine) ** 3 + n_far / n
+        if cost < lowest:
+            best, lowest = cell, cost
+        cell *= WIDENING
+    return best
 
 
 @strict_jit
@@ -109,14 +153,14 @@ def farthest(grains, allowances):
 
 @strict_jit
 def in_cell_order(grains, clumps, allowances, reach_m, order):
-    """Position, share r + a + reach_m / 2 of the cutoff and tag of the grains in cell order, (n, 5)."""
-    in_order = np.empty((order.shape[0], 5))
+    """Position, share r + a + reach_m / 2 of the cutoff and tag of the grains in cell order, (5, n)."""
+    in_order = np.empty((5, order.shape[0]))
     for k in range(order.shape[0]):
         o = PLACE * order[k]
         for a in range(3):
-            in_order[k, a] = grains.place[o + a]
-        in_order[k, 3] = grains.place[o + RADIUS] + allowances[order[k]] + 0.5 * reach_m
-        in_order[k, 4] = tag(order[k], grains, clumps)
+            in_order[a, k] = grains.place[o + a]
+        in_order[3, k] = grains.place[o + RADIUS] + allowances[order[k]] + 0.5 * reach_m
+        in_order[4, k] = tag(order[k], grains, clumps)
     return in_order
 
 
@@ -131,63 +175,71 @@ def tag(i, grains, clumps):
     return 1 + i
 
 
-@strict_inline_jit
-def search_around(rank, grains, search, partner, m):
-    """Append the neighbours of the grain of one rank to `partner` from m on; returns the new length, or -1 if it is too short."""
-    low, shape, period, cell, i = search.low, search.shape, search.period, search.cell, search.order[rank]
-    centre_x = cell_index(grains, i, 0, low, shape, period, cell)
-    centre_y = cell_index(grains, i, 1, low, shape, period, cell)
-    centre_z = cell_index(grains, i, 2, low, shape, period, cell)
+@strict_jit
+def collect(x, y, z, search, ahead):
+    """Copy the grains of cell (x, y, z), then those of the neighbouring cells in which they search; returns their number.
+
+    So all grains of the cell look through one block of memory, not each through nine columns of cells.
+    """
+    shape, start, period = search.shape, search.start, search.period
+    own = (x * shape[1] + y) * shape[2] + z
+    n = copy_ranks(start[own], start[own + 1], search, ahead, 0)
     for dx in range(-1, 2):
-        cx = neighbour_cell(centre_x, dx, shape[0], period[0])
-        if search.is_ring and cx > centre_x + 1:
+        cx = neighbour_cell(x, dx, shape[0], period[0])
+        if search.is_ring and cx > x + 1:
             continue  # listed by the last layer's grains
-        earliest = 0 if search.is_ring and 0 <= cx < centre_x - 1 else rank + 1
+        earliest = 0 if search.is_ring and 0 <= cx < x - 1 else start[own + 1]
         for dy in range(-1, 2):
-            cy = neighbour_cell(centre_y, dy, shape[1], period[1])
-            if cx < 0 or cy < 0:
-                continue
-            m = search_column(rank, (cx * shape[1] + cy) * shape[2], centre_z, earliest, search, partner, m)
-            if m < 0:
-                return -1
-    return m
+            cy = neighbour_cell(y, dy, shape[1], period[1])
+            if cx >= 0 and cy >= 0:
+                n = collect_column((cx * shape[1] + cy) * shape[2], z, earliest, search, ahead, n)
+    return n
 
 
 @strict_inline_jit
-def search_column(rank, column, centre_z, earliest, search, partner, m):
-    """As `search_around`, in the cells of one column that are next to centre_z; only ranks from `earliest` on."""
+def collect_column(column, z, earliest, search, ahead, n):
+    """As `collect`, from the cells of one column that are next to z; only ranks from `earliest` on. n : of the grains so far."""
     shape, start, period_z = search.shape, search.start, search.period[2]
     for dz in range(-1, 2 if period_z > 0.0 else 0):  # without period in z the three cells are contiguous
-        cz = neighbour_cell(centre_z, dz, shape[2], period_z)
+        cz = neighbour_cell(z, dz, shape[2], period_z)
         bottom, top = cz, cz
         if period_z == 0.0:
-            bottom, top = max(centre_z - 1, 0), min(centre_z + 1, shape[2] - 1)
-        if bottom < 0:
-            continue
-        first, last = max(start[column + bottom], earliest), start[column + top + 1]
-        if first >= last:
-            continue
-        if m + last - first > partner.shape[0]:
-            return -1
-        m = scan(rank, first, last, search, search.images, partner, m)
-    return m
+            bottom, top = max(z - 1, 0), min(z + 1, shape[2] - 1)
+        if bottom >= 0:
+            n = copy_ranks(max(start[column + bottom], earliest), start[column + top + 1], search, ahead, n)
+    return n
+
+
+@strict_inline_jit
+def copy_ranks(first, last, search, ahead, n):
+    """Copy the grains of the ranks from first to last behind the n that are there; returns the new number."""
+    for k in range(first, last):
+        for t in range(5):
+            ahead.in_order[t, n] = search.in_order[t, k]
+        ahead.number[n] = search.order[k]
+        n += 1
+    return n
 
 
 @lean_jit
-def scan(rank, first, last, search, images, partner, m):
-    """Append the neighbours of one grain among the ranks from first to last; returns the new length.
+def scan(own, n, ahead, images, partner):
+    """Write the partners of a grain among those after it to `partner`; returns their number. own, n : its place among n grains.
 
-    Pairs that are fixed together are left out. Every grain is written and kept by advancing m: no branch to mispredict.
+    Pairs that are fixed together are left out. Distances are vector code. Then every grain is written and kept by advancing m: no
+    branch to mispredict. Slices begin at the first grain, as an index that could be below 0 prevents vector code.
     """
-    in_order, order = search.in_order, search.order
-    for k in range(first, last):
-        x = nearest(in_order[rank, 0] - in_order[k, 0], 0, images)
-        y = nearest(in_order[rank, 1] - in_order[k, 1], 1, images)
-        z = nearest(in_order[rank, 2] - in_order[k, 2], 2, images)
-        cutoff = in_order[rank, 3] + in_order[k, 3]
-        near = x * x + y * y + z * z < cutoff * cutoff
-        partner[m] = order[k]
-        m += int(near & (in_order[rank, 4] != in_order[k, 4]))
+    places, share, tag_, number = ahead.in_order, ahead.in_order[3], ahead.in_order[4], ahead.number[own + 1 :]
+    at = (places[0][own], places[1][own], places[2][own], share[own], tag_[own])
+    x_, y_, z_ = places[0][own + 1 :], places[1][own + 1 :], places[2][own + 1 :]
+    share, tag_ = share[own + 1 :], tag_[own + 1 :]
+    for k in range(n - own - 1):
+        x, y, z = nearest(at[0] - x_[k], 0, images), nearest(at[1] - y_[k], 1, images), nearest(at[2] - z_[k], 2, images)
+        cutoff = at[3] + share[k]
+        ahead.near[k] = (x * x + y * y + z * z < cutoff * cutoff) & (at[4] != tag_[k])
+    m = 0
+    for k in range(n - own - 1):
+        partner[m] = number[k]
+        m += int(ahead.near[k])
     return m
 
 

@@ -32,10 +32,9 @@ def far_pairs(grains, search, capacity):
     if capacity == 0:
         return Far(np.zeros(n + 1, np.int64), np.empty(0, np.int32))
     finder, found = np.empty(capacity + 1, np.int32), np.empty(capacity + 1, np.int32)
-    reach, layer = np.empty(n, np.int32), np.empty(n, np.int32)
+    reach = np.empty(n, np.int32)
     for rank in range(n):
-        reach[rank] = cells_of(search.in_order[rank, 3], search.cell)
-        layer[rank] = cell_index(grains, search.order[rank], 0, search.low, search.shape, search.period, search.cell)
+        reach[rank] = cells_of(search.in_order[3, rank], search.cell)
     widest = widest_in_cells(search)
     largest = widest.max()
     m = 0
@@ -43,7 +42,7 @@ def far_pairs(grains, search, capacity):
         if reach[rank] > 1:
             begin, m = m, far_partners(rank, grains, search, reach, widest, largest, found, m)
             finder[begin:m] = rank
-    return sorted_by_owner(search, layer, finder[:m], found[:m])
+    return sorted_by_owner(grains, search, finder[:m], found[:m])
 
 
 @strict_jit
@@ -52,7 +51,7 @@ def widest_in_cells(search):
     widest = np.zeros(search.start.shape[0] - 1)
     for c in range(widest.shape[0]):
         for k in range(search.start[c], search.start[c + 1]):
-            widest[c] = max(widest[c], search.in_order[k, 3])
+            widest[c] = max(widest[c], search.in_order[3, k])
     return widest
 
 
@@ -61,7 +60,7 @@ def gap(rank, axis, centre, offset, search):
     """Least distance in m along an axis from the grain of one rank, in cell `centre`, to the cell at an offset."""
     length, count = search.period[axis], search.shape[axis]
     width = length / count if length > 0.0 else search.cell
-    inside = search.in_order[rank, axis] - search.low[axis] - centre * width
+    inside = search.in_order[axis, rank] - search.low[axis] - centre * width
     if length > 0.0:
         inside -= length * math.floor((inside + 0.5 * (length - width)) / length)
         beyond = min(one_way(inside, offset - count, width), one_way(inside, offset + count, width))
@@ -78,7 +77,7 @@ def one_way(inside, offset, width):
 @strict_jit
 def far_partners(rank, grains, search, reach, widest, largest, found, m):
     """Write to `found`, from m on, the ranks of the far partners that the grain of one rank finds; returns the new length."""
-    own = search.in_order[rank, 3] * (1.0 + TINY)
+    own = search.in_order[3, rank] * (1.0 + TINY)
     most = (own + largest) ** 2
     i, shape, period, k = search.order[rank], search.shape, search.period, reach[rank]
     centre_x = cell_index(grains, i, 0, search.low, shape, period, search.cell)
@@ -119,40 +118,46 @@ def scan_far(rank, first, last, search, reach, found, m):
     """Write the partners of one grain among the ranks from first to last; returns the new length, at most that of `found`."""
     in_order, images = search.in_order, search.images
     for k in range(first, last):
-        x = nearest(in_order[rank, 0] - in_order[k, 0], 0, images)
-        y = nearest(in_order[rank, 1] - in_order[k, 1], 1, images)
-        z = nearest(in_order[rank, 2] - in_order[k, 2], 2, images)
-        cutoff = in_order[rank, 3] + in_order[k, 3]
+        x = nearest(in_order[0, rank] - in_order[0, k], 0, images)
+        y = nearest(in_order[1, rank] - in_order[1, k], 1, images)
+        z = nearest(in_order[2, rank] - in_order[2, k], 2, images)
+        cutoff = in_order[3, rank] + in_order[3, k]
         near = x * x + y * y + z * z < cutoff * cutoff
         mine = (reach[k] < reach[rank]) | ((reach[k] == reach[rank]) & (k > rank))
-        if near & mine & (in_order[rank, 4] != in_order[k, 4]) & (m < found.shape[0]):
+        if near & mine & (in_order[4, rank] != in_order[4, k]) & (m < found.shape[0]):
             found[m] = k
             m += 1
     return m
 
 
 @strict_jit
-def sorted_by_owner(search, layer, finder, found):
+def sorted_by_owner(grains, search, finder, found):
     """Far pairs by the rank of their owner."""
     n = search.order.shape[0]
     begin, partner = np.zeros(n + 2, np.int64), np.empty(found.shape[0], np.int32)
     for q in range(found.shape[0]):
-        begin[2 + owner_rank(finder[q], found[q], search, layer)] += 1
+        begin[2 + owner_rank(finder[q], found[q], grains, search)] += 1
     for rank in range(n):
         begin[rank + 2] += begin[rank + 1]
     for q in range(found.shape[0]):
-        owner = owner_rank(finder[q], found[q], search, layer)
+        owner = owner_rank(finder[q], found[q], grains, search)
         partner[begin[owner + 1]] = search.order[finder[q] + found[q] - owner]
         begin[owner + 1] += 1
     return Far(begin, partner)
 
 
 @strict_jit
-def owner_rank(one, other, search, layer):
+def owner_rank(one, other, grains, search):
     """Rank of a pair's owner: the first in cell order, but across a periodic face that closes a ring of slabs the last."""
     first, last = min(one, other), max(one, other)
-    crosses = search.is_ring and 2 * (layer[last] - layer[first]) > search.shape[0]
+    crosses = search.is_ring and 2 * (layer(last, grains, search) - layer(first, grains, search)) > search.shape[0]
     return last if crosses else first
+
+
+@strict_jit
+def layer(rank, grains, search):
+    """Index along x of the cell of the grain of one rank."""
+    return cell_index(grains, search.order[rank], 0, search.low, search.shape, search.period, search.cell)
 
 
 @strict_jit

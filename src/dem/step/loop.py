@@ -335,8 +335,8 @@ def rebuild(run, limits):
     if not is_sound(grains):
         return BLEW_UP
     lists.age[0] = STALE  # the allowances are made before the lists that hold with them
-    least = allow_outer(grains, lists, model.step_s, limits.skin, limits.allowance)
-    n_pairs = find_pairs(grains, scene.clumps, scene.period, images, lists.allowance, model.reach_m, least, pairs.spare)
+    usual = allow_outer(grains, lists, model.step_s, limits.skin, limits.allowance)
+    n_pairs = find_pairs(grains, scene.clumps, scene.period, images, lists.allowance, model.reach_m, usual, pairs.spare)
     if n_pairs < 0:
         return PAIRS_FULL
     reason = rebuild_surfaces(run, limits.skin)
