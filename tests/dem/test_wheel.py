@@ -66,10 +66,21 @@ def test_the_motor_gives_more_power_than_the_drawbar_takes(driven, bed):
     assert run.work_j["motor"] > run.work_j["load"] > 0.0
 
 
+def load_beside_momentum_n(history):
+    """Mean force on the wheel that its load and its change of speed over the steady samples ask for."""
+    (samples,) = np.nonzero(steady_samples(history["time_s"]))
+    begin, end = samples[0] - 1, samples[-1]
+    speed = history["vertical_speed_m_s"]
+    speeds = [speed[[k, min(k + 1, len(speed) - 1)]].mean() for k in (begin, end)]  # at a sample's end, of means between samples
+    mass = TEST.load_n / 9.81
+    return TEST.load_n + mass * (speeds[1] - speeds[0]) / (history["time_s"][end] - history["time_s"][begin])
+
+
 def test_the_soil_carries_the_load_and_the_wheel_travels_as_held(driven):
     run, _ = driven
     found, travel = steady(run.history, SHAPE.radius_m), run.history["time_s"] > 0.0
-    assert found.load_n == pytest.approx(TEST.load_n, rel=0.02)
+    assert found.load_n == pytest.approx(load_beside_momentum_n(run.history), rel=2e-3)
+    assert found.load_n == pytest.approx(TEST.load_n, rel=0.1)  # five grains under it: it bounces
     assert found.slip == pytest.approx(0.5, abs=1e-6)
     assert np.ptp(run.history["x_m"][travel]) == pytest.approx(TEST.travel_ratio * SHAPE.radius_m, rel=0.02)
     assert run.history["rim_rate_rad_s"][travel] == pytest.approx(10.0)
@@ -376,7 +387,7 @@ def test_sandpaper_drives_the_soil_however_slippery_the_wheel_is(bed):
     bare, lined = (steady(run.history, SHAPE.radius_m) for run in runs)
     assert lined.traction_coefficient > 3.0 * bare.traction_coefficient > 0.0
     assert runs[1].momentum_residual_ratio < 1e-5
-    assert lined.load_n == pytest.approx(test.load_n, rel=0.05)
+    assert lined.load_n == pytest.approx(load_beside_momentum_n(runs[1].history), rel=5e-3)
     stress = rim_stress(steady_loads(runs[1].rim, runs[1].history["time_s"]), SHAPE.radius_m, SHAPE.width_m)
     found = integrated(stress, SHAPE.radius_m, SHAPE.width_m)
     assert found["load_n"] == pytest.approx(lined.load_n, abs=4.0 * lined.load_error_n)
