@@ -70,7 +70,7 @@ def near(origin, radii, allowances, period):
     return np.array(found)
 
 
-#: Sides in radii, which of them are periodic, least radius, number of larger grains and their radius (both in RADIUS_M), fastest (m/s).
+#: Sides (in RADIUS_M), which are periodic, least radius, number of larger grains and their radius, fastest (m/s).
 CASES = {
     "equal grains at rest": ((32, 32, 32), (0, 0, 0), 1.0, 0, 1.0, 0.0),
     "spread radii, all speeds": ((32, 32, 32), (0, 0, 0), 0.8, 0, 1.0, 20.0),
