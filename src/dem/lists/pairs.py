@@ -28,8 +28,8 @@ from dem.lists.slabs import cut_slabs, used_slabs
 
 #: Cells are wider than the cutoff of common grains, so that rounding makes none of these a large one.
 WIDER = 1.0 + 1e-9
-#: From this number of grains on cells are as wide as those of the largest cutoff, if that is at most this many times as large: the
-#: slabs are then a cell thick, and so many that steps are fused (`dem.step.schedule`). Smaller beds only pay for wider cells.
+#: From this number of grains on cells are as wide as the largest cutoff, if that is at most this many times the usual one: slabs
+#: are then a cell thick, and so many that steps are fused (`dem.step.schedule`).
 WIDE_FROM, WIDEST = 72_000, 1.25
 #: Cost of a search through neighbouring cells as wide as the cutoff of common grains, over that of as many grains' far pairs:
 #: 16 ns a grain and 0.5 us in 38 000 grains of sizes 2 : 1 (the bulk benchmarks' drum). Widths are tried in steps of WIDENING.

@@ -1,4 +1,4 @@
-"""Far pairs: those of large grains that reach beyond the neighbouring cells, which are as large as the common grains.
+"""Far pairs: those of large or fast grains that reach beyond the neighbouring cells (see `dem.lists.pairs.cell_of`).
 
 The search through neighbouring cells finds all pairs of common grains, and what lies next to the centres of large ones. The larger
 grain of a pair finds the rest, over as many cells as it reaches grains no larger than itself; of two that reach over as many, the
