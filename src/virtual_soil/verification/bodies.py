@@ -266,8 +266,8 @@ def box_of_grains() -> list[Check]:
     places = np.array([0.05, 0.02, 0.02]) + (lattice - (3.0, 2.5, 0.0)) * 2.3e-3
     radii = RADIUS_M * rng.uniform(1.0, 1.1, len(places))
     simulation.add_grains(places, radii, "grain", rng.normal(0.0, 0.05, places.shape))
-    simulation.run(1.5)
-    simulation.advance(200)
+    simulation.run(3.0)  # grains that only rub roll for long
+    simulation.advance(2000)
     weights = mass_kg(SOFT, radii)[:, None] * np.array(DOWN)
     arms = simulation.grains.positions_m - tray.position_m
     total, torque = weights.sum(axis=0), np.cross(arms, weights).sum(axis=0)
