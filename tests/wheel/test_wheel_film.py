@@ -12,7 +12,7 @@ from test_wheel_runs import JOB, lowered_on
 from dem.experiments.state import save_state
 from virtual_soil.campaign.resume import Checkpoint
 from virtual_soil.errors import InputError
-from virtual_soil.report.film import limits_mm
+from virtual_soil.report.film import edges_m, limits_mm
 from virtual_soil.report.wheel_film import write_film
 from virtual_soil.wheel import film
 from virtual_soil.wheel.runs import BROKE_OFF, lowered_of, prepare_bed
@@ -44,6 +44,18 @@ def test_every_frame_has_the_travel_and_the_bed_in_one_period_about_the_wheels_m
         assert list(frame.walls) == ["wheel"]
     moved = frames[-1].walls["wheel"].pivot[0] - frames[0].walls["wheel"].pivot[0]
     assert moved == pytest.approx(0.2 * 0.010, rel=0.05)
+
+
+def test_a_film_shows_the_edges_of_the_rim_and_a_spoke_that_turns(frames):
+    wheels = [frame.walls["wheel"] for frame in (frames[0], frames[-1])]
+    drawn = [edges_m(wheel) for wheel in wheels]
+    turned = []
+    for wheel, edges in zip(wheels, drawn, strict=True):
+        radii = np.hypot(*(edges - wheel.position_m)[..., [0, 2]].transpose(2, 0, 1))
+        assert radii[:-1] == pytest.approx(0.010, rel=0.01)  # none across the flat sides
+        assert radii[-1] == pytest.approx([0.0, 0.010], rel=0.01, abs=1e-12)
+        turned.append(np.arctan2(*(edges[-1, 1] - wheel.position_m)[[0, 2]]))
+    assert turned[1] - turned[0] == pytest.approx(0.2 / (1.0 - 0.5), rel=0.06)
 
 
 def test_a_film_and_files_for_paraview_are_written(frames, tmp_path):

@@ -51,13 +51,17 @@ def test_clumps_of_unequal_numbers_of_spheres_are_gone_with_all_of_them():
 
 
 def test_a_mesh_is_drawn_by_its_edges_where_it_is_in_space():
-    """A square tube about the y axis: all edges on its four sides and their diagonals, seen along y."""
+    """A square tube about the y axis: all edges on its four sides, seen along y, and a spoke."""
     tube = solids.tube(2e-3, 1e-2, 4, name="drum", material="m", orientation=(0.5**0.5, 0.5**0.5, 0.0, 0.0))
     axes = Figure().subplots()
     film.draw_wall(axes, tube)
-    corners = np.concatenate(axes.collections[0].get_segments())
+    *edges, spoke = axes.collections[0].get_segments()
+    assert len(edges) == 8 + 2 * 4  # open ones, and those along the axis from both faces; no diagonals
+    corners = np.concatenate(edges)
     assert np.abs(corners).sum(axis=1) == pytest.approx(2.0)  # mm, on |x| + |z| = 2
     assert corners.min(axis=0) == pytest.approx([-2.0, -2.0])
+    assert spoke[0] == pytest.approx([0.0, 0.0])
+    assert np.abs(spoke[1]).sum() == pytest.approx(2.0)
 
 
 def test_a_film_shows_one_stage_evenly_from_its_first_look_to_its_last():

@@ -15,6 +15,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from dem import Box, Mesh, Tube, Wall
+from dem.meshes.topology import topology_of
 from virtual_soil.campaign.files import whole
 from virtual_soil.campaign.grains import grain_table
 from virtual_soil.campaign.recording import Frame, record
@@ -25,11 +26,13 @@ FRAMES_PER_S = 15
 #: Number of repetitions of the last frame.
 LAST_REPEATED = 20
 WIDTH_PX = 720
+#: Faces that differ by less lie in one plane.
+FLAT_RAD = 1e-3
 DPI = 100
 
 
 def draw_wall(axes, wall: Wall) -> None:
-    """Draw the section of a wall with the plane of the picture, in mm; of a mesh the edges of its triangles."""
+    """Draw the section of a wall with the plane of the picture, in mm; of a mesh its edges."""
     style = {"color": "black", "linewidth": 1.5}
     if isinstance(wall, Box):
         axes.plot([1e3 * wall.low_m[0], 1e3 * wall.high_m[0]], [1e3 * wall.low_m[2], 1e3 * wall.high_m[2]], **style)
@@ -37,8 +40,15 @@ def draw_wall(axes, wall: Wall) -> None:
         for side in (-1e3, 1e3):
             axes.plot([side * wall.radius_m] * 2, [1e3 * wall.bottom_m, 1e3 * wall.top_m], **style)
     elif isinstance(wall, Mesh):
-        edges = list(1e3 * wall.corners_m[:, [0, 1, 2, 0]][..., [0, 2]])
-        axes.add_collection(LineCollection(edges, color="black", linewidth=0.8))
+        axes.add_collection(LineCollection(list(1e3 * edges_m(wall)[..., [0, 2]]), color="black", linewidth=1.0))
+
+
+def edges_m(mesh: Mesh) -> np.ndarray:
+    """Edges (k, 2, 3) between faces that do not lie in one plane, and a spoke to a corner, by which the mesh is seen to turn."""
+    topology = topology_of(mesh.vertices_m, mesh.triangles, mesh.crease_angle_deg)
+    corners = mesh.corners_m
+    sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)[topology.angle[topology.edge_of] > FLAT_RAD]
+    return np.concatenate([sides, [[mesh.position_m, corners[0, 0]]]])
 
 
 def draw_frame(axes, frame: Frame, colour: np.ndarray, limits_mm, title: str, cut: bool) -> None:
