@@ -58,9 +58,9 @@ DRUM = """## Drum
 
 8000 grains of 4 mm (M2) below 30 000 of 2 mm (M1) in a drum of radius 0.1 m that turns at 2 rad/s; the benchmark's run takes
 5 s. LIGGGHTS' shell is a polygon of 180 sides, ours is round ([what that does](decisions/11-bodies.md)). Zone 1 is x > 0, z > 0,
-zone 2 x < 0, z < 0; the lowest point of the shell moves to +x. Three starts in each code: the published packing, and twice with every
-place changed at random by up to 1 µm along each axis. *hard_beginning* is the first 0.02 s at full stiffness, of which only the speed
-counts.
+zone 2 x < 0, z < 0; the lowest point of the shell moves to +x. Three starts in each code: the published packing, and twice with
+every place changed at random by up to 1 µm along each axis. *hard_beginning* is the first 0.02 s at full stiffness, of which only
+the speed counts.
 """
 
 SILO = """## Silo
