@@ -1,4 +1,4 @@
-"""The list of neighbours beside all pairs: sizes, speeds, periodic faces, grains that are fixed together."""
+"""The list of neighbours beside all pairs: sizes, speeds, periodic faces; and the width of cells."""
 
 import numpy as np
 import pytest
