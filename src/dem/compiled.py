@@ -42,6 +42,7 @@ class Variant(NamedTuple):
     periodic: bool = False
     clumps: bool = False
     turning: bool = False
+    tangential_model: str = "edem"
 
     @property
     def name(self) -> str:
@@ -49,6 +50,7 @@ class Variant(NamedTuple):
         threads, code = "threads" if self.parallel else "thread", "vector" if self.vector_code else "plain"
         domain, books = "periodic" if self.periodic else "open", "-ledger" if self.energy_ledger else ""
         shape = ("-clumps" if self.clumps else "") + ("-turning" if self.turning else "")
+        shape += f"-{self.tangential_model}" if self.tangential_model != "edem" else ""
         return f"{self.precision}-{threads}-{self.rolling_model}-{self.adhesion}-{code}-{domain}{books}{shape}"
 
 
@@ -259,6 +261,7 @@ def main(values: str) -> None:
         energy_ledger=variant.energy_ledger,
         rolling_model=variant.rolling_model,
         adhesion=variant.adhesion,
+        tangential_model=variant.tangential_model,
         vector_code=variant.vector_code,
     )
     simulation.add_grains([(0.0, 0.0, 1.1e-3), (0.0, 0.0, 3.2e-3)], 1e-3, "a")

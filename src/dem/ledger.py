@@ -26,6 +26,7 @@ from dem.contact.laws.rolling_a import braked
 from dem.contact.model import (
     Numbers,
     Touch,
+    acting_damping,
     deformation,
     n_constants,
     n_history,
@@ -33,6 +34,7 @@ from dem.contact.model import (
     normal_force,
     read,
     rolling_spring,
+    shrink,
     spring_force,
     tangential_damping,
     tangential_energy,
@@ -159,14 +161,15 @@ def note_contact(at, scene, run, note, entries):
     S_t, D_t = tangential_stiffness(tangential, root), tangential_damping(tangential, fourth_root)
     o = n_history(laws.normal) * BLOCK
     sx, sy, sz = flat(float(h[o]), float(h[o + BLOCK]), float(h[o + 2 * BLOCK]), nx, ny, nz)
-    limit = tangential_limit(tangential, pressing)
+    limit = tangential_limit(tangential, f_n, 0.0)
     ax, ay, az = sx + tx * dt, sy + ty * dt, sz + tz * dt
     factor = slip(S_t * S_t * (ax * ax + ay * ay + az * az), limit, 1.0, TINY)
     ax, ay, az = factor * ax, factor * ay, factor * az
     before = tangential_energy(tangential, S_t, sx * sx + sy * sy + sz * sz)
     after = tangential_energy(tangential, S_t, ax * ax + ay * ay + az * az)
+    D_t = acting_damping(tangential, D_t, factor, 1.0, 0.0)
     fx, fy, fz = S_t * ax + D_t * tx, S_t * ay + D_t * ty, S_t * az + D_t * tz
-    factor = slip(fx * fx + fy * fy + fz * fz, limit, 1.0, TINY)
+    factor = shrink(tangential, fx * fx + fy * fy + fz * fz, limit, 1.0, TINY)
     fx, fy, fz = factor * fx, factor * fy, factor * fz
     note[NORMAL], note[NORMAL + 1], note[NORMAL + 2], note[ARM] = nx, ny, nz, arm
     note[DASHPOT] = f_n - spring_force(normal, overlap, root)

@@ -15,7 +15,7 @@ from dem.checks import SimulationError, check_finite, check_overlaps, check_read
 from dem.clumps import records
 from dem.clumps.mix import Mix, Shape
 from dem.clumps.records import ClumpStates, NewClumps
-from dem.contact.model import DAMPING_MODELS, NORMAL, ROLLING, ContactModel
+from dem.contact.model import DAMPING_MODELS, NORMAL, ROLLING, TANGENTIAL, ContactModel
 from dem.factory import Factory
 from dem.html import Rich, table
 from dem.jit import MAX_THREADS
@@ -104,6 +104,7 @@ class Simulation:
         other materials there are walls only, which do not shorten the step however stiff they are.
     rolling_model : "type_a" (EDEM's) or "type_c" (elastic-plastic), see `dem.contact.laws`.
     damping_model : "edem" (at separation the dashpot pulls) or "no_pull", see `dem.contact.laws.hertz`; both rebound with e.
+    tangential_model : "edem", or "liggghts", whose friction is not quite Coulomb's; see `dem.contact.laws`.
     adhesion : "none", "constant" (pull-off force, `dem.contact.laws.pull_off`), "jkr" or "capillary" (`dem.contact.laws`); by
         default "constant" if an interaction has a work of adhesion, else "none".
     precision : "float32" or "float64" of the contact arithmetic; positions are float64 always, velocities have 48 bits at least.
@@ -126,6 +127,7 @@ class Simulation:
         time_step_s: float | None = None,
         rolling_model: str = "type_a",
         damping_model: str = "edem",
+        tangential_model: str = "edem",
         adhesion: str | None = None,
         precision: str = "float32",
         vector_code: bool = True,
@@ -135,6 +137,7 @@ class Simulation:
     ):
         require(rolling_model in ROLLING, "rolling_model", repr(rolling_model), f"one of {list(ROLLING)}")
         require(damping_model in DAMPING_MODELS, "damping_model", repr(damping_model), f"one of {list(DAMPING_MODELS)}")
+        require(tangential_model in TANGENTIAL, "tangential_model", repr(tangential_model), f"one of {list(TANGENTIAL)}")
         if adhesion is None:
             adhesion = "constant" if any(pair.work_of_adhesion_j_m2 for pair in interactions.values()) else "none"
         require(adhesion in NORMAL, "adhesion", repr(adhesion), f"one of {list(NORMAL)}")
@@ -154,6 +157,7 @@ class Simulation:
             "time_step_s": time_step_s,
             "rolling_model": rolling_model,
             "damping_model": damping_model,
+            "tangential_model": tangential_model,
             "adhesion": adhesion,
             "precision": precision,
             "vector_code": vector_code,
@@ -167,7 +171,7 @@ class Simulation:
         self.time_step_s = min(steps) if time_step_s is None else time_step_s
         require(0 < self.time_step_s < math.inf, "time_step_s", time_step_s, "a positive number")
         self._floor = floor_m
-        self._contact_model = ContactModel(rolling_model, damping_model, adhesion)
+        self._contact_model = ContactModel(rolling_model, damping_model, adhesion, tangential_model)
         self._state = SimulationState(
             widths=Widths(np.dtype(precision).type, self._contact_model.n_constants, self._contact_model.n_history),
             material_index={name: k for k, name in enumerate(materials)},
@@ -205,6 +209,7 @@ class Simulation:
             settings["energy_ledger"],
             rolling_model=settings["rolling_model"],
             adhesion=settings["adhesion"],
+            tangential_model=settings["tangential_model"],
             vector_code=settings["vector_code"],
             periodic=bool((self._state.period > 0).any()),
             clumps=clumps or self._state.clumps is not None,

@@ -8,8 +8,9 @@ import pandas as pd
 import pytest
 
 import dem
+from dem.contact.laws import hertz, mindlin
 from virtual_soil.bulk import compare, cost, drum, impact, peer, silo
-from virtual_soil.bulk.materials import interactions, materials
+from virtual_soil.bulk.materials import STEEL, interactions, materials
 from virtual_soil.bulk.packings import Packing, of_table, packing_file, to_table
 from virtual_soil.bulk.run import steps_per_sample
 from virtual_soil.bulk.variants import CODES, LIGGGHTS, OURS, packing_name, variants
@@ -156,9 +157,9 @@ def test_shell_and_plates_turn_together_in_both_codes(charge, tmp_path, monkeypa
     seen = []
     monkeypatch.setattr(peer, "sampled", lambda folder, lines, *rest: seen.extend(lines))
     drum.of_liggghts(charge, DRUM, tmp_path)
-    turning = [line.split()[1] for line in seen if line.endswith("axis 0. 1. 0. omega -4")]
-    assert turning == ["shell", "front", "back"]
-    assert "fix walls all wall/gran model hertz tangential history mesh n_meshes 3 meshes shell front back" in seen
+    assert [line.split()[1] for line in seen if line.endswith("axis 0. 0. 1. omega -4")] == ["front", "back"]
+    assert "fix walls all wall/gran model hertz tangential history mesh n_meshes 2 meshes front back" in seen
+    assert [line.split()[2] for line in seen if "zcylinder 0.03 0.0 0.0 shear x" in line] == ["M1", "M2"]
 
 
 def test_zones_are_counted_by_the_signs_of_x_and_z():
@@ -169,12 +170,26 @@ def test_zones_are_counted_by_the_signs_of_x_and_z():
     assert (found["x_M1"], found["z_M1"], found["x_M2"]) == (-0.25, -1.0, -1.0)
 
 
-def test_the_polygon_of_the_shell_lies_outside_the_round_shell():
-    triangles = drum.shell_mesh(DRUM)
-    middles = triangles.mean(axis=1)
-    assert np.hypot(middles[:, 0], middles[:, 2]).min() >= DRUM.radius_m
-    assert np.hypot(triangles[..., 0], triangles[..., 2]).max() < 1.001 * DRUM.radius_m
-    assert np.abs(triangles[..., 1]).max() > DRUM.half_length_m
+@needs_liggghts
+def test_liggghts_shell_drags_each_grain_at_the_speed_of_its_surface(tmp_path):
+    """The first step against grains at the lowest line: the dashpot's force at the speed w R, here beyond Coulomb's limit."""
+    radii, overlap, dt = np.array([1e-3, 2e-3]), 1e-5, 1e-9
+    places = np.column_stack([radii - overlap - DRUM.radius_m, np.zeros(2), [-4e-3, 4e-3]])
+    pair, wide = Packing(positions_m=places, radii_m=radii, materials=np.array(drum.GRAINS)), 1.2 * DRUM.radius_m
+    lines = [
+        *peer.grains_lines(tmp_path, pair, [(-wide, wide)] * 3, drum.NAMES),
+        *peer.material_lines(drum.NAMES, 500.0),
+        *drum.shell_lines(pair, DRUM),
+        f"timestep {dt}",
+    ]
+    values = {name: f"fcm({name},y)" for name in drum.GRAINS} | {"grains": "count(all)"}
+    run = peer.sampled(tmp_path, lines, values, 2, peer.Clock(dt, dt, dt))
+    solids, touches = materials(drum.NAMES, 500.0), interactions(drum.NAMES)
+    for r, name in zip(radii, drum.GRAINS, strict=True):
+        G_star, _ = mindlin.column_values(solids[name], solids[STEEL], touches[name, STEEL])
+        mass_kg, beta = solids[name].density_kg_m3 * 4.0 / 3.0 * np.pi * r**3, hertz.damping_ratio(touches[name, STEEL].restitution)
+        damping = mindlin.damping_constant(G_star, r, mass_kg, beta) * overlap**0.25
+        assert run.values[name][-1] == pytest.approx(damping * DRUM.turn_rate_rad_s * DRUM.radius_m, rel=1e-3)
 
 
 @needs_liggghts

@@ -37,6 +37,7 @@ class SlowTwin:
         gravity=(0, 0, -9.81),
         period=(0, 0, 0),
         adhesion=None,
+        tangential_model="edem",
     ):
         self.adhesion, self.held, self.outlasted = adhesion, set(), 0
         grains = simulation.grains
@@ -48,8 +49,8 @@ class SlowTwin:
             [self.materials[n].density_kg_m3 * 4 / 3 * math.pi * r**3 for n, r in zip(self.names, self.r, strict=True)]
         )
         self.dt, self.gravity, self.period = simulation.time_step_s, np.array(gravity), np.array(period)
-        self.type_c = rolling_model == "type_c"
-        self.springs = {}
+        self.type_c, self.bounds_spring_alone = rolling_model == "type_c", tangential_model == "liggghts"
+        self.springs, self.beyond_coulomb = {}, 0
 
     def touch(self, a, b):
         return self.interactions.get((a, b)) or self.interactions[b, a]
@@ -156,12 +157,16 @@ class SlowTwin:
         key = (i, j.name if is_wall else j)
         s, theta = self.springs.get(key, (np.zeros(3), np.zeros(3)))
         s = s - (s @ n) * n + v_t * self.dt
-        limit = touch.static_friction * push
-        if S_t * np.linalg.norm(s) > limit:
+        limit = touch.static_friction * (abs(f_n) if self.bounds_spring_alone else push)
+        slips = S_t * np.linalg.norm(s) > limit
+        if slips:
             s = s * (limit / (S_t * np.linalg.norm(s)))
-        f_t = S_t * s + damp * math.sqrt(S_t * law.m) * v_t
-        if np.linalg.norm(f_t) > limit:
+        f_t = S_t * s
+        if not (slips and self.bounds_spring_alone):
+            f_t = f_t + damp * math.sqrt(S_t * law.m) * v_t
+        if np.linalg.norm(f_t) > limit and not self.bounds_spring_alone:
             f_t = f_t * (limit / np.linalg.norm(f_t))
+        self.beyond_coulomb += np.linalg.norm(f_t) > 1.01 * touch.static_friction * push
         t_i, t_j = np.cross(arm_i, -f_t), np.cross(arm_j, f_t)
         roll = touch.rolling_friction * push
         if self.type_c:

@@ -39,6 +39,11 @@ def test_the_ledger_closes_to_a_few_thousandths_and_with_the_square_of_the_step(
         assert energies["work_of_walls"] > 0
 
 
+def test_it_closes_with_the_limit_of_liggghts():
+    energies = lifted(tangential_model="liggghts", precision="float64")
+    assert abs(energies["residual"]) < 3e-3 * energies["dissipated"]
+
+
 def test_single_precision_closes_as_well():
     energies = lifted()
     assert abs(energies["residual"]) < 3e-3 * energies["dissipated"]

@@ -83,6 +83,25 @@ def test_the_fast_kernels_do_what_the_slow_twin_does(seed, alike, rolling_model,
 
 
 @pytest.mark.parametrize("seed", [1, 2])
+def test_with_the_limit_of_liggghts_friction_goes_beyond_coulombs(seed):
+    settings = {"tangential_model": "liggghts", "precision": "float64"}
+    fast, names = crowd(seed, False, **settings)
+    slow, coulomb = (SlowTwin(fast, names, INTERACTIONS, tangential_model=model) for model in ("liggghts", "edem"))
+    for _ in range(60):
+        fast.advance(10)
+        for _ in range(10):
+            slow.step()
+            coulomb.step()
+        grains = fast.grains
+        assert grains.positions_m == pytest.approx(slow.x, abs=1e-12)
+        assert grains.velocities_m_s == pytest.approx(slow.v, abs=1e-7)
+        assert grains.angular_velocities_rad_s == pytest.approx(slow.w, abs=1e-4)
+    assert slow.beyond_coulomb > 10
+    assert coulomb.beyond_coulomb == 0
+    assert np.abs(slow.w - coulomb.w).max() > 1.0
+
+
+@pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize(
     ("adhesion", "rolling_model", "vector_code", "period"), [("constant", "type_a", True, None), ("jkr", "type_c", False, PERIOD)]
 )

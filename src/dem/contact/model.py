@@ -22,13 +22,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.contact.laws import capillary, hertz, jkr, mindlin, pull_off, rolling_a, rolling_c
+from dem.contact.laws import capillary, hertz, jkr, mindlin, mindlin_liggghts, pull_off, rolling_a, rolling_c
 from dem.jit import by_type
 from dem.layout import GEOMETRY, Access
 
-#: Value of a setting -> law, for each role. The settings `adhesion`, `rolling_model` and `damping_model` choose.
+#: Value of a setting -> law, for each role. The settings `adhesion`, `tangential_model`, `rolling_model`, `damping_model` choose.
 NORMAL: Mapping[str, ModuleType] = {"none": hertz, "constant": pull_off, "jkr": jkr, "capillary": capillary}
-TANGENTIAL: Mapping[str, ModuleType] = {"mindlin": mindlin}
+TANGENTIAL: Mapping[str, ModuleType] = {"edem": mindlin, "liggghts": mindlin_liggghts}
 ROLLING: Mapping[str, ModuleType] = {"type_a": rolling_a, "type_c": rolling_c}
 
 #: Value of the setting `damping_model` -> dashpot of the normal law.
@@ -130,15 +130,16 @@ normal_force, spring_force, attracted = by_law("normal_force"), by_law("spring_f
 normal_energy, torn_energy = by_law("normal_energy"), by_law("torn_energy")
 tangential_stiffness, tangential_damping = by_law("tangential_stiffness"), by_law("tangential_damping")
 tangential_limit, tangential_energy = by_law("tangential_limit"), by_law("tangential_energy")
+acting_damping, shrink = by_law("acting_damping"), by_law("shrink")
 resistance, rolling_force, rolling_spring = by_law("resistance"), by_law("rolling_force"), by_law("rolling_spring")
 
 
 class ContactModel:
     """The laws that a simulation uses, looked up by its settings, and the widths that follow from them."""
 
-    def __init__(self, rolling_model: str, damping_model: str, adhesion: str):
+    def __init__(self, rolling_model: str, damping_model: str, adhesion: str, tangential_model: str):
         self.damping = DAMPING_MODELS[damping_model]
-        self.rolling_model, self.adhesion = rolling_model, adhesion
+        self.rolling_model, self.adhesion, self.tangential_model = rolling_model, adhesion, tangential_model
         self.n_columns, n_constants, self.n_history = (
             sum(len(getattr(law, name)) for law in self.modules) for name in ("COLUMNS", "CONSTANTS", "HISTORY")
         )
@@ -149,7 +150,7 @@ class ContactModel:
     @property
     def modules(self) -> tuple[ModuleType, ...]:
         """The laws; looked up each time, because a module cannot be copied with its simulation."""
-        return NORMAL[self.adhesion], TANGENTIAL["mindlin"], ROLLING[self.rolling_model]
+        return NORMAL[self.adhesion], TANGENTIAL[self.tangential_model], ROLLING[self.rolling_model]
 
     def row(self, a, b, interaction) -> np.ndarray:
         """Row of the pair table for two materials."""
@@ -178,7 +179,7 @@ def work_of_adhesion(adhesion: str, pull_off_n: float, R_star_m: float) -> float
     return NORMAL[adhesion].work_of_adhesion(pull_off_n, R_star_m)
 
 
-def words(rolling_model: str, adhesion: str = "none") -> dict[str, dict[str, str]]:
+def words(rolling_model: str, adhesion: str = "none", tangential_model: str = "edem") -> dict[str, dict[str, str]]:
     """Role -> description and equation of the law in use, for the material card."""
     rolling = {"type": rolling_model, **ROLLING[rolling_model].WORDS}
-    return {"normal": NORMAL[adhesion].WORDS, "tangential": TANGENTIAL["mindlin"].WORDS, "rolling": rolling}
+    return {"normal": NORMAL[adhesion].WORDS, "tangential": TANGENTIAL[tangential_model].WORDS, "rolling": rolling}

@@ -12,6 +12,7 @@ import math
 from dem.contact.laws.mindlin import slip
 from dem.contact.model import (
     Touch,
+    acting_damping,
     attracted,
     deformation,
     n_constants,
@@ -21,6 +22,7 @@ from dem.contact.model import (
     remember,
     resistance,
     rolling_force,
+    shrink,
     tangential_damping,
     tangential_limit,
     tangential_stiffness,
@@ -132,11 +134,10 @@ def tangential_loop(n, b, c, h, laws, separate):
         tx = b[SLIDING * B + q]
         ty = b[(SLIDING + 1) * B + q]
         tz = b[(SLIDING + 2) * B + q]
-        D_t = b[DAMPING * B + q]
         push = b[PUSH * B + q]
         pressing = max(b[NORMAL * B + q], zero)
         tangential = read(laws.tangential, c, row_t * B + q)
-        limit = tangential_limit(tangential, pressing)
+        limit = tangential_limit(tangential, b[NORMAL * B + q], zero)
         o = history_t * B + q
         sx = h[o]
         sy = h[o + B]
@@ -153,10 +154,11 @@ def tangential_loop(n, b, c, h, laws, separate):
         h[o] = sx
         h[o + B] = sy
         h[o + 2 * B] = sz
+        D_t = acting_damping(tangential, b[DAMPING * B + q], factor, one, zero)
         fx = S_t * sx + D_t * tx
         fy = S_t * sy + D_t * ty
         fz = S_t * sz + D_t * tz
-        factor = slip(fx * fx + fy * fy + fz * fz, limit, one, tiny)
+        factor = shrink(tangential, fx * fx + fy * fy + fz * fz, limit, one, tiny)
         fx *= factor
         fy *= factor
         fz *= factor

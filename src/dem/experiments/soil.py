@@ -190,6 +190,7 @@ class Engine(Rich):
 
     rolling_model: str = "type_a"
     damping_model: str = "edem"
+    tangential_model: str = "edem"
     adhesion: str = "constant"
     precision: str = "float32"
     vector_code: bool = True

@@ -4,7 +4,6 @@ Frame of the benchmark: axis along y, gravity along -z, rotation -w about y, so 
 drum stands on its end, since tubes are upright: our x, y, z are the benchmark's z, x, y, and gravity acts along our -x.
 """
 
-import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import numpy as np
 
 import dem
 from virtual_soil.bulk import peer
-from virtual_soil.bulk.materials import GRAVITY_M_S2, STEEL, interactions, materials
+from virtual_soil.bulk.materials import GRAVITY_M_S2, STEEL, TANGENTIAL_MODEL, interactions, materials
 from virtual_soil.bulk.packings import Packing
 from virtual_soil.bulk.run import Run, sampled
 from virtual_soil.bulk.variants import DRUM_BEGINNING, DRUM_STARTS
@@ -25,8 +24,6 @@ NAMES = (*GRAINS, STEEL)
 TO_OURS = [2, 0, 1]
 #: Quadrants that are counted, by the sign of both x and z.
 ZONES = {"zone_1": 1.0, "zone_2": -1.0}
-#: LIGGGHTS' shell: sides, whose sagitta is 0.015 radii of the small grains, and parts along the axis.
-SIDES, RINGS = 180, 4
 #: Bound of the places' changes in m along each axis, half the largest overlap in the packing.
 SHIFT_M = 1e-6
 
@@ -98,6 +95,7 @@ def ours(packing: Packing, setup: Setup) -> Run:
         smallest_radius_m={name: float(packing.radii_m[own].min()) for name, own in is_of.items()},
         time_step_s=setup.time_step_s,
         gravity_m_s2=(-GRAVITY_M_S2, 0.0, 0.0),
+        tangential_model=TANGENTIAL_MODEL,
         walls=walls(setup),
     )
     for name, own in is_of.items():
@@ -106,44 +104,48 @@ def ours(packing: Packing, setup: Setup) -> Run:
     return sampled(simulation, lambda now: counted(now.grains.positions_m[:, order], is_of), setup.duration_s, setup.sample_s)
 
 
-def shell_mesh(setup: Setup) -> np.ndarray:
-    """Triangles (n, 3, 3) of the shell in the benchmark's frame, all outside the inscribed round shell."""
-    angle = np.linspace(0.0, 2.0 * np.pi, SIDES + 1)
-    outer, half = setup.radius_m / math.cos(math.pi / SIDES), 1.1 * setup.half_length_m
-    ring = np.column_stack([outer * np.cos(angle), np.full(SIDES + 1, -half), outer * np.sin(angle)])
-    along = np.array([0.0, 2.0 * half / RINGS, 0.0])
-    return np.concatenate(
-        [liggghts.rectangle(a + k * along, b - a, along) for k in range(RINGS) for a, b in zip(ring[:-1], ring[1:], strict=True)]
-    )
-
-
-def plate_mesh(setup: Setup, y_m: float) -> np.ndarray:
-    """Triangles (n, 3, 3) of an end plate: a square that covers the shell's end, in four parts."""
+def plate_mesh(setup: Setup, z_m: float) -> np.ndarray:
+    """Triangles (n, 3, 3) of an end plate in our frame: a square that covers the shell's end, in four parts."""
     half = 1.1 * setup.radius_m
-    corners = [(x, y_m, z) for x in (-half, 0.0) for z in (-half, 0.0)]
-    return np.concatenate([liggghts.rectangle(corner, (half, 0.0, 0.0), (0.0, 0.0, half)) for corner in corners])
+    corners = [(x, y, z_m) for x in (-half, 0.0) for y in (-half, 0.0)]
+    return np.concatenate([liggghts.rectangle(corner, (half, 0.0, 0.0), (0.0, half, 0.0)) for corner in corners])
+
+
+def shell_lines(packing: Packing, setup: Setup) -> list[str]:
+    """A round shell about z that turns, for each material by itself.
+
+    LIGGGHTS takes the shell's velocity at the grain's centre, R - r from the axis: the rate here is R / (R - r) times the drum's.
+    A mesh has the right velocity, but a grain near an edge touches both facets, which hinders it.
+    """
+    lines = []
+    for name in packing.names:
+        radius_m = float(packing.radii_m[packing.materials == name].mean())
+        rate = -setup.turn_rate_rad_s * setup.radius_m / (setup.radius_m - radius_m)
+        lines.append(
+            f"fix shell_{name} {name} wall/gran {peer.MODEL} primitive type {len(NAMES)} "
+            f"zcylinder {setup.radius_m:.9g} 0.0 0.0 shear x {rate:.9g}"
+        )
+    return lines
 
 
 def of_liggghts(packing: Packing, setup: Setup, folder: Path) -> Run:
-    """LIGGGHTS in a folder; quantities as those of `ours`."""
+    """LIGGGHTS in a folder, in our frame as its round walls turn about z only; quantities as those of `ours`."""
     packing = started(packing, setup)
-    turning = f"surface_ang_vel origin 0. 0. 0. axis 0. 1. 0. omega {-setup.turn_rate_rad_s:.9g}"
-    meshes = {
-        "shell": shell_mesh(setup),
-        "front": plate_mesh(setup, -setup.half_length_m),
-        "back": plate_mesh(setup, setup.half_length_m),
-    }
+    turned = replace(packing, positions_m=packing.positions_m[:, TO_OURS])
+    turning = f"surface_ang_vel origin 0. 0. 0. axis 0. 0. 1. omega {-setup.turn_rate_rad_s:.9g}"
+    plates = {"front": plate_mesh(setup, -setup.half_length_m), "back": plate_mesh(setup, setup.half_length_m)}
     wide, long = 1.2 * setup.radius_m, 1.2 * setup.half_length_m
     lines = [
-        *peer.grains_lines(folder, packing, [(-wide, wide), (-long, long), (-wide, wide)], NAMES),
+        *peer.grains_lines(folder, turned, [(-wide, wide), (-wide, wide), (-long, long)], NAMES),
         *peer.material_lines(NAMES, setup.softening),
-        *(peer.mesh_line(folder, name, triangles, len(NAMES), turning) for name, triangles in meshes.items()),
-        peer.mesh_walls(list(meshes)),
-        "region zone_1 block 0 INF INF INF 0 INF",
-        "region zone_2 block INF 0 INF INF INF 0",
-        *peer.motion_lines(setup.time_step_s),
+        *(peer.mesh_line(folder, name, triangles, len(NAMES), turning) for name, triangles in plates.items()),
+        peer.mesh_walls(list(plates)),
+        *shell_lines(packing, setup),
+        "region zone_1 block 0 INF 0 INF INF INF",
+        "region zone_2 block INF 0 INF 0 INF INF",
+        *peer.motion_lines(setup.time_step_s, "-1.0 0.0 0.0"),
     ]
     values = {f"{zone}_{name}": f"count({name},{zone})" for zone in ZONES for name in GRAINS}
-    values |= {f"{axis}_{name}": f"xcm({name},{axis})" for name in GRAINS for axis in ("x", "z")}
+    values |= {f"{axis}_{name}": f"xcm({name},{ours})" for name in GRAINS for axis, ours in (("x", "y"), ("z", "x"))}
     clock = peer.Clock(setup.duration_s, setup.sample_s, setup.time_step_s)
     return peer.sampled(folder, lines, values | {"grains": "count(all)"}, len(packing), clock)

@@ -12,7 +12,7 @@ import numpy as np
 
 import dem
 from virtual_soil.bulk import peer
-from virtual_soil.bulk.materials import GRAVITY_M_S2, STEEL, interactions, materials
+from virtual_soil.bulk.materials import GRAVITY_M_S2, STEEL, TANGENTIAL_MODEL, interactions, materials
 from virtual_soil.bulk.packings import Packing
 from virtual_soil.bulk.run import Run, sampled
 from virtual_soil.bulk.variants import SHIFTS_M
@@ -115,6 +115,7 @@ def ours(packing: Packing, setup: Setup) -> Run:
         smallest_radius_m={"M1": float(packing.radii_m.min()), STEEL: setup.ball_radius_m},
         time_step_s=setup.time_step_s,
         gravity_m_s2=(0.0, 0.0, -GRAVITY_M_S2),
+        tangential_model=TANGENTIAL_MODEL,
         walls=walls(setup),
     )
     simulation.add_grains(packing.positions_m, packing.radii_m, "M1")

@@ -15,6 +15,8 @@ class Solid(NamedTuple):
 POISSON_RATIO = 0.2
 GRAVITY_M_S2 = 9.8
 STEEL = "steel"
+#: Our law of friction here, that of the peer.
+TANGENTIAL_MODEL = "liggghts"
 SOLIDS = {"M1": Solid(1e9, 2500.0), "M2": Solid(0.5e9, 2000.0), STEEL: Solid(210e9, 7200.0)}
 #: Pair -> coefficients of restitution and of sliding friction; no rolling friction, no cohesion.
 PAIRS = {

@@ -43,8 +43,10 @@ rotating drum, emptying of a silo. Set-ups are those of two participants' public
 is quoted from the article; the results of both codes come from the same machine, from the same packings, on one thread each.
 `make bench-bulk` runs all cases again and rewrites this page; it needs LIGGGHTS and the published packings (`bulk.packings`).
 
-Both codes: Hertz contact with the dashpot of the restitution, Mindlin's tangential spring with history, Coulomb's limit, no rolling
-friction. E = 1 GPa (M1), 0.5 GPa (M2), 210 GPa (steel), unless stated.
+Both codes: Hertz contact with the dashpot of the restitution, Mindlin's tangential spring with history, no rolling friction.
+Coulomb's limit is LIGGGHTS' own in both (`tangential_model="liggghts"`): it bounds the spring alone, and the dashpot acts while a
+contact sticks ([what our usual limit changes](decisions/11-bodies.md)). E = 1 GPa (M1), 0.5 GPa (M2), 210 GPa (steel), unless
+stated.
 """
 
 IMPACT = """## Impact
@@ -57,10 +59,9 @@ and y.
 DRUM = """## Drum
 
 8000 grains of 4 mm (M2) below 30 000 of 2 mm (M1) in a drum of radius 0.1 m that turns at 2 rad/s; the benchmark's run takes
-5 s. LIGGGHTS' shell is a polygon of 180 sides, ours is round ([what that does](decisions/11-bodies.md)). Zone 1 is x > 0, z > 0,
-zone 2 x < 0, z < 0; the lowest point of the shell moves to +x. Three starts in each code: the published packing, and twice with
-every place changed at random by up to 1 µm along each axis. *hard_beginning* is the first 0.02 s at full stiffness, of which only
-the speed counts.
+5 s. The shell is round in both codes ([what a mesh does](decisions/11-bodies.md)). Zone 1 is x > 0, z > 0, zone 2 x < 0, z < 0;
+the lowest point of the shell moves to +x. Three starts in each code: the published packing, and twice with every place changed at
+random by up to 1 µm along each axis. *hard_beginning* is the first 0.02 s at full stiffness, of which only the speed counts.
 """
 
 SILO = """## Silo

@@ -74,10 +74,10 @@ def material_lines(names: tuple[str, ...], softening: float) -> list[str]:
     ]  # fmt: skip
 
 
-def motion_lines(time_step_s: float) -> list[str]:
-    """Lines after the walls: step, gravity, motion, and grains that leave the box."""
+def motion_lines(time_step_s: float, down: str = "0.0 0.0 -1.0") -> list[str]:
+    """Lines after the walls: step, gravity, motion, and grains that leave the box. down : direction of gravity."""
     return [
-        f"timestep {time_step_s:.9g}", f"fix gravity all gravity {GRAVITY_M_S2} vector 0.0 0.0 -1.0", "fix motion all nve/sphere",
+        f"timestep {time_step_s:.9g}", f"fix gravity all gravity {GRAVITY_M_S2} vector {down}", "fix motion all nve/sphere",
         "thermo_style custom step atoms ke", "thermo 1000000", "thermo_modify lost ignore norm no",
     ]  # fmt: skip
 

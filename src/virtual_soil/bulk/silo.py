@@ -13,7 +13,7 @@ import numpy as np
 import dem
 from dem import solids
 from virtual_soil.bulk import peer
-from virtual_soil.bulk.materials import GRAVITY_M_S2, STEEL, interactions, materials
+from virtual_soil.bulk.materials import GRAVITY_M_S2, STEEL, TANGENTIAL_MODEL, interactions, materials
 from virtual_soil.bulk.packings import Packing
 from virtual_soil.bulk.run import Run, sampled
 
@@ -92,6 +92,7 @@ def simulation_of(setup: Setup, walls: list[dem.Wall]) -> dem.Simulation:
         smallest_radius_m={"M1": setup.grain_radius_m},
         time_step_s=setup.time_step_s,
         gravity_m_s2=(0.0, 0.0, -GRAVITY_M_S2),
+        tangential_model=TANGENTIAL_MODEL,
         walls=walls,
         floor_m=setup.bottom_m - BELOW_M,
     )

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from dem.contact.model import DAMPING_MODELS, NORMAL, ROLLING
+from dem.contact.model import DAMPING_MODELS, NORMAL, ROLLING, TANGENTIAL
 from virtual_soil.campaign.experiments.apparatus import GRAVITY, SECTIONS
 from virtual_soil.campaign.experiments.grading import Grading
 from virtual_soil.campaign.experiments.registry import BY_DEFAULT, EXPERIMENTS, RESPONSES, responses_of
@@ -224,6 +224,11 @@ class Engine:
         "edem: the contact force may become attractive during rebound; no_pull: it never does; both have restitution e",
         "edem",
         DAMPING_MODELS,
+    )
+    tangential_model: str = choice(
+        "edem: spring and dashpot together obey Coulomb's limit; liggghts: the spring alone does, as in LIGGGHTS",
+        "edem",
+        TANGENTIAL,
     )
     adhesion: str = choice(
         "law of grains with adhesive_stress_pa; constant: pull-off force while they touch (DMT); jkr: until they are torn off",

@@ -34,7 +34,7 @@ from virtual_soil.campaign.variables import property_rules
 from virtual_soil.errors import InputError
 
 #: Engine settings that decide whether a study may be compared with the paper.
-PRINTED_ENGINE = ("rolling_model", "damping_model", "gravity_m_s2")
+PRINTED_ENGINE = ("rolling_model", "damping_model", "tangential_model", "gravity_m_s2")
 #: Meaning of the key `soil`, which is given only on the command line.
 SOIL_KEY = "of rule first_answer: a name in config/soils or a soil file; by default the study's soils"
 #: Folders in results/ that are not studies.

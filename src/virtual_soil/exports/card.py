@@ -74,7 +74,7 @@ def material_card(
         "walls": {name: material[name] if value is None else value for name, value in walls.items()},
         "responses": predictions(optimum, responses),
         "verification": verdicts(optimum, verification),
-        "models": words(config["engine"]["rolling_model"], law),
+        "models": words(config["engine"]["rolling_model"], law, config["engine"]["tangential_model"]),
         "simulated_with": conditions(config),
         "provenance": {"config_sha256": config_hash(config), **provenance},
     }

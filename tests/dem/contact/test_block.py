@@ -25,16 +25,16 @@ DT = 1e-6
 K_N, C_N, K_T, C_T, MU_S, MU_R = range(GEOMETRY, GEOMETRY + 6)
 
 
-def scratch(rolling_model):
+def scratch(rolling_model, tangential_model="edem"):
     """Work buffer, constants, history and laws, in float64."""
-    model = ContactModel(rolling_model, "edem", "none")
+    model = ContactModel(rolling_model, "edem", "none", tangential_model)
     laws = model.laws(np.float64, DT)._replace(numbers=Numbers(DT, 1.0, 0.0, 1e-30))
     return *(np.zeros(rows * BLOCK) for rows in (BUFFER, model.n_constants, model.n_history)), laws
 
 
-def stage(normal, velocity, spring, mu_s=1e9, overlap=1e-5, radius=1e-3, dashpot=0.0):
+def stage(normal, velocity, spring, mu_s=1e9, overlap=1e-5, radius=1e-3, dashpot=0.0, model="edem"):
     """Force on i and new spring of one contact of two grains that do not spin."""
-    b, c, h, laws = scratch("type_a")
+    b, c, h, laws = scratch("type_a", model)
     normal = np.asarray(normal, float) / np.linalg.norm(normal)
     apart = normal * (2 * radius - overlap)
     for a in range(3):
@@ -69,6 +69,17 @@ def test_a_dashpot_beyond_the_limit_is_cut_off_and_leaves_the_spring_alone():
     force, spring, _ = stage((0, 0, 1), velocity=(0.2, 0.0, 0.0), spring=(0.0, 0.0, 0.0), mu_s=0.5, dashpot=1e6)
     assert -force[0] == pytest.approx(0.5 * force[2])
     assert spring[0] == pytest.approx(0.2 * DT)
+
+
+def test_with_the_limit_of_liggghts_a_dashpot_knows_no_limit_while_the_contact_sticks_and_rests_while_it_slips():
+    sticking = {"mu_s": 0.5, "dashpot": 1e6, "model": "liggghts"}
+    force, spring, _ = stage((0, 0, 1), velocity=(0.2, 0.0, 0.0), spring=(0.0, 0.0, 0.0), **sticking)
+    assert spring[0] == pytest.approx(0.2 * DT)
+    assert -force[0] == pytest.approx(1e6 * np.sqrt(1e-5) * spring[0] + 1e6 * 1e-5**0.25 * 0.2)
+    assert -force[0] > 10 * 0.5 * force[2]
+    force, spring, _ = stage((0, 0, 1), velocity=(-0.2, 0.0, 0.0), spring=(1e-4, 0.0, 0.0), **sticking)
+    assert -force[0] == pytest.approx(0.5 * force[2])
+    assert spring[0] == pytest.approx(0.5 * force[2] / (1e6 * np.sqrt(1e-5)))
 
 
 def test_a_contact_that_opens_forgets_its_spring():

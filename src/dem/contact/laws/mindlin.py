@@ -90,9 +90,19 @@ def tangential_damping(law, fourth_root):
     return law.c_t * fourth_root
 
 
-def tangential_limit(law, pressing):
-    """Largest tangential force in N under a normal force that is not negative."""
-    return law.mu_s * pressing
+def tangential_limit(law, f_n, zero):
+    """Coulomb's limit in N under the normal force f_n; none where that pulls."""
+    return law.mu_s * max(f_n, zero)
+
+
+def acting_damping(law, D_t, stuck, one, zero):
+    """Force over velocity in kg/s of the dashpot where `stuck` is the factor by which the spring was shortened: it always acts."""
+    return D_t
+
+
+def shrink(law, force2, limit, one, tiny):
+    """Factor by which the force of spring and dashpot, of squared magnitude `force2`, is shortened to Coulomb's limit."""
+    return slip(force2, limit, one, tiny)
 
 
 def tangential_energy(law, S_t, s2):
