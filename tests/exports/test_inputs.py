@@ -41,6 +41,16 @@ def torques(program, folder, card, wall=False):
     return last_numbers(run(command, text, folder), 2)
 
 
+def test_a_program_is_told_where_its_limit_of_friction_is_another(make_card):
+    usual, liggghts = (inputs(make_card(engine={"tangential_model": model})) for model in ("edem", "liggghts"))
+    hint, other = "engine.tangential_model: liggghts calibrates", "Calibrated with the limit of friction of LIGGGHTS"
+    for name, _ in PROGRAMS.values():
+        assert (hint in usual[name]) == (name == "in.liggghts")
+        assert other not in usual[name]
+        assert (other in liggghts[name]) == (name != "in.liggghts")
+        assert hint not in liggghts[name]
+
+
 @pytest.mark.parametrize("model", ["type_a", "type_c"])
 @pytest.mark.parametrize("program", [pytest.param("LIGGGHTS", marks=needs_liggghts), pytest.param("LAMMPS", marks=needs_lammps)])
 def test_the_program_brakes_rolling_grains_as_hard_as_virtual_soil(make_card, tmp_path, program, model):

@@ -181,5 +181,6 @@ def work_of_adhesion(adhesion: str, pull_off_n: float, R_star_m: float) -> float
 
 def words(rolling_model: str, adhesion: str = "none", tangential_model: str = "edem") -> dict[str, dict[str, str]]:
     """Role -> description and equation of the law in use, for the material card."""
+    tangential = {"type": tangential_model, **TANGENTIAL[tangential_model].WORDS}
     rolling = {"type": rolling_model, **ROLLING[rolling_model].WORDS}
-    return {"normal": NORMAL[adhesion].WORDS, "tangential": TANGENTIAL[tangential_model].WORDS, "rolling": rolling}
+    return {"normal": NORMAL[adhesion].WORDS, "tangential": tangential, "rolling": rolling}

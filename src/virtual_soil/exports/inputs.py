@@ -5,7 +5,7 @@ from pathlib import Path
 
 import jinja2
 
-from virtual_soil.exports import adhesion, shape
+from virtual_soil.exports import adhesion, friction, shape
 from virtual_soil.exports.rolling import converted, explanation
 
 #: Program -> (template and file name, comment prefix).
@@ -36,7 +36,7 @@ def inputs(card: dict) -> dict[str, str]:
         mu_r, mu_r_wall = (card["parameters"]["rolling_friction"]["value"], card["walls"]["rolling_friction"])
         rolling = {"rolling": converted(mu_r, model, program)[0], "wall_rolling": converted(mu_r_wall, model, program)[1]}
         notes = [*heading(card, program), *explanation(model, program), *adhesion.explanation(card, program)]
-        notes += shape.explanation(card, program)
+        notes += [*friction.explanation(card, program), *shape.explanation(card, program)]
         context = {**numbers, **rolling, "notes": "\n".join((comment + line).rstrip() for line in notes), "card": card}
         context["adhesion"] = adhesion.adhesion(card, numbers, program)
         context["shapes"] = shape.shapes(card)
