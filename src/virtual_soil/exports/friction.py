@@ -11,7 +11,7 @@ def explanation(card: dict, program: str) -> list[str]:
         return []
     if calibrated == "edem":
         return [
-            f"{program} limits friction otherwise: the spring alone obeys Coulomb, and the dashpot acts on top of it while a contact",
-            f"sticks. A study with engine.tangential_model: {own} calibrates this law.",
+            f"{program} limits friction otherwise: the spring alone obeys Coulomb, and the dashpot acts on top of it while a",
+            f"contact sticks. A study with engine.tangential_model: {own} calibrates this law.",
         ]
     return ["Calibrated with the limit of friction of LIGGGHTS (engine.tangential_model), which this program does not have."]
