@@ -4,8 +4,8 @@
 
 Both read the same grains and the same STL file, and move the wheel in the same way, in the same number of steps: it sinks, then it
 travels at a slip at a constant depth. The bed is timed before the wheel comes, so that what a step of the wheel costs is seen too.
-Rolling friction brakes the relative rolling of two grains in both (type C, epsd2). LIGGGHTS begins without the history of the
-contacts, and so comes to rest first. Both on one thread. The last line is JSON.
+Both have the friction limit of LIGGGHTS, and rolling friction that brakes the relative rolling of two grains (type C, epsd2).
+LIGGGHTS begins without the history of the contacts, and so comes to rest first. Both on one thread. The last line is JSON.
 """
 
 import json
@@ -30,7 +30,7 @@ BED = soil_bed.Setup(length_m=0.32, width_m=0.17, depth_m=0.11)
 #: The wheel sinks to a depth below the bed's level and travels there.
 SINKING_M_S, SINKAGE_M, SPEED_M_S, SLIP, TRAVEL_M = 0.2, 0.012, 0.1, 0.3, 0.012
 STEPS_ALONE, SETTLE_STEPS, SAMPLES = 1000, 4000, 20
-WHEEL_FRICTION, ROLLING_MODEL = 0.5, "type_c"
+WHEEL_FRICTION, ROLLING_MODEL, TANGENTIAL_MODEL = 0.5, "type_c", "liggghts"
 #: Neighbour skins of LIGGGHTS in grain radii that are tried; the fastest counts.
 SKINS, TRIED_STEPS = (0.2, 0.4, 0.8), 300
 #: Quantity of a sample -> LIGGGHTS' formula.
@@ -189,7 +189,7 @@ def main() -> None:
     radius_m = 1e-3 * float(sys.argv[1]) if len(sys.argv) > 1 else 2.5e-3
     liggghts.require_installed()
     soil = soil_of(radius_m)
-    bed = soil_bed.prepare(soil, BED, Engine(time_step_rayleigh_ratio=0.35, rolling_model=ROLLING_MODEL), seed=1)
+    bed = soil_bed.prepare(soil, BED, Engine(time_step_rayleigh_ratio=0.35, rolling_model=ROLLING_MODEL, tangential_model=TANGENTIAL_MODEL), seed=1)
     course = course_over(bed)
     print(f"{bed.simulation.n_grains} grains, step {bed.simulation.time_step_s:.3g} s", flush=True)
     with tempfile.TemporaryDirectory() as folder:
