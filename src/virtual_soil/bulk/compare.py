@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy import stats
 
 from virtual_soil.bulk import drum
 
@@ -41,6 +42,26 @@ def apart(ours: list[pd.DataFrame], theirs: list[pd.DataFrame], quantity: str) -
             raise ValueError("samples of the runs are at different times; allowed: the same in all runs.")
     a, b = stacks
     return Apart(times, a.mean(axis=0), b.mean(axis=0), a.std(axis=0, ddof=1), b.std(axis=0, ddof=1))
+
+
+class Chance(NamedTuple):
+    """Where the codes differ most in standard errors of the difference of the means: how many, the time in s, and what is allowed."""
+
+    errors: float
+    time_s: float
+    allowed: float
+
+
+def beyond_chance(quantity: Apart, n_ours: int, n_theirs: int, least: float) -> Chance:
+    """Compare the difference of the means with the scatter of n_ours and n_theirs starts, at its worst time.
+
+    least : smallest standard error that counts, for times at which all starts agree. Allowed is what chance exceeds at one time in 20
+    (Student's t, equal variances).
+    """
+    error = np.sqrt(quantity.sd_ours**2 / n_ours + quantity.sd_theirs**2 / n_theirs)
+    errors = np.abs(quantity.difference) / np.maximum(error, least)
+    worst = int(errors.argmax())
+    return Chance(float(errors[worst]), float(quantity.times_s[worst]), float(stats.t.ppf(0.975, n_ours + n_theirs - 2)))
 
 
 class Largest(NamedTuple):

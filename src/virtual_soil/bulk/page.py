@@ -24,6 +24,8 @@ COUNT_TOLERANCE, OUTFLOW_TOLERANCE, RATIO_TOLERANCE, CHANGE_TOLERANCE = 0.03, 0.
 SECONDS_PER_HOUR = 3600.0
 #: Ratio of LIGGGHTS' processor time to ours that is wanted.
 GOAL = 5.0
+#: Smallest standard error of the ball's height in m, a thousandth of a grain's radius.
+LEAST_ERROR_M = 1e-6
 #: Stands for a section's figure in its text.
 FIGURE = "<figure>"
 CAPTIONS = {
@@ -176,10 +178,13 @@ def impact_table(bed: str, ours: list[pd.DataFrame], theirs: list[pd.DataFrame])
     deepest = ", ".join(f"{1e3 * runs:.2f}" for runs in (height.ours.min(), height.theirs.min()))
     last = compare.apart(ours, theirs, "ball_speed_m_s")
     k = largest
+    chance = compare.beyond_chance(height, len(ours), len(theirs), LEAST_ERROR_M)
     found = paragraph(
         f"Largest difference of the means: {1e3 * abs(height.difference[k]):.3f} mm at {1e3 * height.times_s[k]:g} ms,",
         f"where the starts scatter by {1e3 * height.sd_ours[k]:.3f} mm (virtual-soil)",
         f"and {1e3 * height.sd_theirs[k]:.3f} mm (LIGGGHTS).",
+        f"In standard errors it is largest at {1e3 * chance.time_s:g} ms: {chance.errors:.1f}, where chance alone would stay below",
+        f"{chance.allowed:.1f} at 19 times of 20: {verdict(chance.errors <= chance.allowed)}.",
         f"Lowest mean heights: {deepest} mm.",
         f"Velocity at the end: {last.ours[-1]:+.3f} ± {last.sd_ours[-1]:.3f} m/s in virtual-soil,",
         f"{last.theirs[-1]:+.3f} ± {last.sd_theirs[-1]:.3f} m/s in LIGGGHTS (± standard deviation of the starts).",
