@@ -189,7 +189,8 @@ def main() -> None:
     radius_m = 1e-3 * float(sys.argv[1]) if len(sys.argv) > 1 else 2.5e-3
     liggghts.require_installed()
     soil = soil_of(radius_m)
-    bed = soil_bed.prepare(soil, BED, Engine(time_step_rayleigh_ratio=0.35, rolling_model=ROLLING_MODEL, tangential_model=TANGENTIAL_MODEL), seed=1)
+    engine = Engine(time_step_rayleigh_ratio=0.35, rolling_model=ROLLING_MODEL, tangential_model=TANGENTIAL_MODEL)
+    bed = soil_bed.prepare(soil, BED, engine, seed=1)
     course = course_over(bed)
     print(f"{bed.simulation.n_grains} grains, step {bed.simulation.time_step_s:.3g} s", flush=True)
     with tempfile.TemporaryDirectory() as folder:

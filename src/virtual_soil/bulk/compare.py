@@ -45,7 +45,7 @@ def apart(ours: list[pd.DataFrame], theirs: list[pd.DataFrame], quantity: str) -
 
 
 class Chance(NamedTuple):
-    """Where the codes differ most in standard errors of the difference of the means: how many, the time in s, and what is allowed."""
+    """Largest difference of the means in standard errors of that difference, its time in s, and what is allowed."""
 
     errors: float
     time_s: float
@@ -55,8 +55,8 @@ class Chance(NamedTuple):
 def beyond_chance(quantity: Apart, n_ours: int, n_theirs: int, least: float) -> Chance:
     """Compare the difference of the means with the scatter of n_ours and n_theirs starts, at its worst time.
 
-    least : smallest standard error that counts, for times at which all starts agree. Allowed is what chance exceeds at one time in 20
-    (Student's t, equal variances).
+    least : smallest standard error that counts, for times at which all starts agree. Allowed is what chance exceeds at one time
+    in 20 (Student's t, equal variances).
     """
     error = np.sqrt(quantity.sd_ours**2 / n_ours + quantity.sd_theirs**2 / n_theirs)
     errors = np.abs(quantity.difference) / np.maximum(error, least)
