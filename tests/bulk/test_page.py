@@ -77,7 +77,7 @@ def test_a_page_states_ratios_differences_and_what_was_not_run(tmp_path):
     ("change", "expected"),
     [
         ({"deeper_m": 5e-4}, "Largest difference of the means: 0.500 mm"),
-        ({"deeper_m": 5e-4}, "chance alone would stay below 2.8 at 19 times of 20: **does not hold**"),
+        ({"deeper_m": 5e-4}, "exceeds 2.8 once in 20 (the worst of all moments is judged by it): **does not hold**"),
         ({"more_in_zone": 0.04 * 38_000}, "of a count: 4.00 % of all grains, at 0.00 s (tolerance 3 %: **does not hold**)"),
         ({"faster": 1.2}, "(tolerance 3 %: **does not hold**)"),
         ({"faster": 1.3}, "which is for flat bottoms: **does not hold** (up to +31.9 %)"),

@@ -55,8 +55,8 @@ class Chance(NamedTuple):
 def beyond_chance(quantity: Apart, n_ours: int, n_theirs: int, least: float) -> Chance:
     """Compare the difference of the means with the scatter of n_ours and n_theirs starts, at its worst time.
 
-    least : smallest standard error that counts, for times at which all starts agree. Allowed is what chance exceeds at one time
-    in 20 (Student's t, equal variances).
+    least : smallest standard error that counts, for times at which all starts agree. Allowed is what chance exceeds once in 20
+    at a given time (Student's t, equal variances), so that the worst of many times is judged strictly.
     """
     error = np.sqrt(quantity.sd_ours**2 / n_ours + quantity.sd_theirs**2 / n_theirs)
     errors = np.abs(quantity.difference) / np.maximum(error, least)

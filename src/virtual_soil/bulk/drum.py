@@ -112,7 +112,7 @@ def plate_mesh(setup: Setup, z_m: float) -> np.ndarray:
 
 
 def shell_lines(packing: Packing, setup: Setup) -> list[str]:
-    """A round shell about z that turns, for each material by itself.
+    """A round shell about z that turns, for each material by itself, whose grains have one radius.
 
     LIGGGHTS takes the shell's velocity at the grain's centre, R - r from the axis: the rate here is R / (R - r) times the drum's.
     A mesh has the right velocity, but a grain near an edge touches both facets, which hinders it.

@@ -15,5 +15,5 @@ def explanation(card: dict, program: str) -> list[str]:
             f"contact sticks. A study with engine.tangential_model: {own} calibrates this law.",
         ]
     if calibrated in OF_PROGRAM.values():
-        return ["Calibrated with the limit of friction of LIGGGHTS (engine.tangential_model), which this program does not have."]
+        return ["Calibrated with the limit of friction of LIGGGHTS (engine.tangential_model), which this file does not carry over."]
     return []
