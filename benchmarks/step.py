@@ -78,7 +78,7 @@ def prune(n, run, skin):
     for _ in range(n):
         schedule.save(run.lists.pairs.contacts, run.lists.pairs.outer.history, None)
         allow_inner(run.state.grains, run.lists, run.model.step_s, skin, run.model.reach_m)
-        schedule.prune(run.state, run.lists.pairs, run.lists.within, run.model, None)
+        schedule.prune(run.state, run.lists, run.model, None)
 
 
 @jit
@@ -133,7 +133,7 @@ def profile(s) -> dict[str, float]:
     blocks.common_constants(state.view(), pairs.contacts, model)
     skin = s._runner.skin
     allow_inner(state.grains, state.lists, dt, skin, model.reach_m)
-    schedule.prune(state.view(), pairs, state.lists.within, model, None)
+    schedule.prune(state.view(), state.lists, model, None)
     surfaces.prune_surfaces(state.view(), state.surfaces, None, state.lists, loop.LEAST_BODY * skin, model, None)
     *grains, loads = (copied(values, quarter) for quarter, values in enumerate((*state.grains, state.loads)))
     grains, buffer = GrainArrays(*grains), scratch.buffers[0]

@@ -3,11 +3,12 @@
 All arrays are one-dimensional with constant offsets: LLVM then proves that rows do not overlap and vectorises to full width.
 
 place record (float64, PLACE values each): position, radius.
-motion record (contact precision, MOTION values each): velocity, zero, spin velocity u = radius x angular velocity, zero. Using u
-    instead of the angular velocity makes every torque equation independent of the grain's radius: (2/5) m du/dt = Q, with
-    Q = torque / radius. Contacts and places see this velocity.
-remainder record (contact precision, MOTION values each): rounding error of the motion record, added at the next step;
-    instead of the zeros inverse mass and gravity flag (1 free, 0 moved by a body or a clump; members have their clump's mass).
+motion record (contact precision, MOTION values each): velocity, time step over what is left of the inner allowance (USE, see
+    `dem.lists.allowance`), spin velocity u = radius x angular velocity, zero. Using u instead of the angular velocity makes every
+    torque equation independent of the grain's radius: (2/5) m du/dt = Q, with Q = torque / radius. Contacts and places see this
+    velocity.
+remainder record (contact precision, MOTION values each): rounding error of the motion record, added at the next step; instead of
+    USE and the zero inverse mass and gravity flag (1 free, 0 moved by a body or a clump; members have their clump's mass).
 load record (contact precision, LOAD values each): force, zero, Q, rolling resistance (the largest |Q| that opposes spin).
 contact constants (contact precision, rows of BLOCK values, one set of rows per block of BLOCK contacts): geometry (INV_R_SUM,
     SHARE), then the constants of each law in use (see `dem.contact.model`). One block serves all contacts of identical grains.
@@ -26,6 +27,7 @@ X, Y, Z, RADIUS = range(PLACE)
 
 MOTION = 8
 VX, VY, VZ, INVERSE_MASS, UX, UY, UZ, FREE = range(MOTION)
+USE = INVERSE_MASS
 #: Where a motion record's velocity and spin velocity stand.
 SPEEDS = (VX, VY, VZ, UX, UY, UZ)
 

@@ -86,7 +86,8 @@ def at_surface(runner: Runner, scene: Scene, w: int) -> tuple[np.ndarray, ...]:
     state, model, scratch = runner.state, runner.model, runner.scratch()
     lists, surfaces, rigid = state.lists, scene.surfaces, scene.rigid
     contacts, loads, n_surfaces = lists.surfaces.contacts, new_loads(state), len(surfaces.kind)
-    acting, cutoff, has_meshes = lists._replace(within=reaches(state, model.reach_m)), 0.5 * model.reach_m, rigid is not None
+    acting = lists._replace(place=state.grains.place, within=reaches(state, model.reach_m))
+    cutoff, has_meshes = 0.5 * model.reach_m, rigid is not None
     while prune_surfaces(state.view(), surfaces, rigid, acting, cutoff, model, scratch.near) == TOO_MANY and has_meshes:
         runner.n_triangles *= 2
         scratch = runner.scratch()
@@ -128,7 +129,8 @@ def on_glued(runner: Runner, scene: Scene, w: int) -> tuple[np.ndarray, ...]:
     carried[grains] = True
     pairs, loads = state.lists.pairs, new_loads(state)
     mine, contacts = pairs._replace(outer=touching(pairs.outer, carried)), pairs.contacts
-    schedule.prune(state.view(), mine, reaches(state, model.reach_m), model, scratch.threads)
+    acting = state.lists._replace(pairs=mine, place=state.grains.place, within=reaches(state, model.reach_m))
+    schedule.prune(state.view(), acting, model, scratch.threads)
     none, buffer = mine.outer.order[:0], scratch.buffers[0]
     for s in range(used_slabs(pairs.outer.slab)):
         schedule.pair_forces(s, none, state.grains, loads, contacts, buffer, model.access, model.laws)

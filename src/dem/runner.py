@@ -104,7 +104,10 @@ class Runner:
         return Scratch(
             buffers=aligned_zeros(n * BUFFER * BLOCK, self.state.widths.number).reshape(n, -1),
             places=aligned_zeros(n * 4 * BLOCK, float).reshape(n, -1),
-            speeds=np.zeros((STEPS_AT_ONCE, SLABS)),
+            used=np.zeros((STEPS_AT_ONCE, SLABS)),
+            spent=np.zeros(SLABS),
+            rate=np.zeros(SLABS),
+            marks=np.zeros(SLABS, np.int64),
             geometry=np.zeros((STEPS_AT_ONCE, n_surfaces, RECORD)),
             force=np.zeros((SLABS, n_surfaces, 3)),
             torque=np.zeros((SLABS, n_surfaces, 3)),

@@ -137,7 +137,7 @@ class SimulationState:
         capacity = int(n * PAIRS_PER_GRAIN) + 64
         pairs = self.new_pairs(capacity, storage.contact_capacity(n, CONTACT_SHARE * capacity))
         surfaces = self.new_surface_pairs(int(n * SURFACE_PAIRS_PER_GRAIN) + 64)
-        self.lists = Lists(pairs, surfaces, np.zeros((n, 3)), np.zeros(n), np.zeros((n, 3)), np.zeros(n), np.full(2, STALE))
+        self.lists = Lists(pairs, surfaces, np.zeros(n * PLACE), np.zeros(n), np.zeros(n * PLACE), np.zeros(n), np.full(2, STALE))
 
     def restructure(
         self, selected: np.ndarray, new_grains: GrainArrays | None = None, new_material=(), new_clumps: NewClumps | None = None

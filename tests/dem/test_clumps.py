@@ -16,7 +16,7 @@ from dem.checkpoint import arrays_of
 from dem.clumps import members as plain
 from dem.clumps import motion, records, vectors
 from dem.clumps.records import BLOCK
-from dem.layout import RADIUS
+from dem.layout import RADIUS, USE
 
 MATERIAL = dem.Material(density_kg_m3=2500.0, poisson_ratio=0.2, shear_modulus_pa=1e7)
 FLOOR = dem.Box(name="floor", material="soil", low_m=(-1.0, -1.0, 0.0), high_m=(1.0, 1.0, 0.0))
@@ -158,7 +158,7 @@ def test_vector_code_sums_and_places_as_plain_code_does():
     clumps.blocks[:, records.VELOCITY * BLOCK : records.MOMENTUM * BLOCK] = rng.normal(size=three)
     clumps.blocks[:, records.SPIN * BLOCK :] = rng.normal(size=three)
     found = []
-    n = len(clumps.begin) - 1
+    n, use = len(clumps.begin) - 1, rng.uniform(0.1, 1.0, len(clumps.owner)).astype(np.float32)
     assert n % records.FOUR
     assert len(set(np.diff(clumps.begin))) == 3
     for module, which in ((plain, (0, n)), (vectors, ())):
@@ -168,16 +168,17 @@ def test_vector_code_sums_and_places_as_plain_code_does():
         assert (left.reshape(-1, 8)[~members] == loads.reshape(-1, 8)[~members]).all()
         grains.place.reshape(-1, 4)[members, :3] = 0.0
         grains.motion.reshape(-1, 8)[members] = 0.0
-        fastest = module.place_members(grains, clumps, *which)
-        found.append((records.table_of(clumps), grains.place.copy(), grains.motion.copy(), fastest))
-    (sums, places, speeds, fastest), (other_sums, other_places, other_speeds, other_fastest) = found
+        grains.motion.reshape(-1, 8)[:, USE] = use
+        used = module.place_members(grains, clumps, *which)
+        found.append((records.table_of(clumps), grains.place.copy(), grains.motion.copy(), used))
+    (sums, places, speeds, used), (other_sums, other_places, other_speeds, other_used) = found
     of_step = slice(records.FORCE, records.BRAKE + 1)
     assert np.abs(sums[:, of_step]).min() > 0.0
     assert other_sums[:, of_step] == pytest.approx(sums[:, of_step], abs=1e-12)
     assert other_places == pytest.approx(places, abs=1e-15)
     assert other_speeds == pytest.approx(speeds, abs=1e-6)
-    assert other_fastest == pytest.approx(fastest)
-    assert fastest == pytest.approx(np.linalg.norm(speeds.reshape(-1, 8)[:, :3], axis=1).max())
+    assert other_used == pytest.approx(used)
+    assert used == pytest.approx((np.linalg.norm(speeds.reshape(-1, 8)[:, :3], axis=1) * use).max(), rel=1e-6)
 
 
 def state(simulation):

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 import dem
-from dem.layout import RADIUS
+from dem.layout import PLACE, RADIUS
 from dem.lists import pairs, slabs
+from dem.runner import Runner
+from dem.step import loop
 
 RADIUS_M = 1e-3
 MATERIALS = {"grain": dem.Material(density_kg_m3=2500.0, shear_modulus_pa=1e6, poisson_ratio=0.25)}
@@ -36,21 +38,23 @@ def packed(size_m, period, least, n_large, large, rng):
     return np.vstack([places, centres])[order], np.append(radii, np.full(n_large, large * RADIUS_M))[order]
 
 
-def moving(places, radii, period, fastest_m_s, rng):
-    """A simulation of grains of which few are fast."""
-    walls = [dem.Box(name="floor", material="grain", low_m=(-9.0, -9.0, -9.0), high_m=(9.0, 9.0, -8.0))]
+def moving(places, radii, period, fastest_m_s, rng, bullets=(), step_s=4e-6, wall_m=-8.0):
+    """A simulation of grains of which few are fast; bullets : numbers of those that move at 1 m/s along -x, to a wall at wall_m."""
+    walls = [dem.Box(name="wall", material="grain", low_m=(-9.0, -9.0, -9.0), high_m=(wall_m, 9.0, 9.0))]
     simulation = dem.Simulation(
         materials=MATERIALS,
         interactions={("grain", "grain"): RUBBING},
         smallest_radius_m=float(radii.min()),
-        time_step_s=4e-6,
+        time_step_s=step_s,
         gravity_m_s2=(0.0, 0.0, 0.0),
         period_m=tuple(period),
         walls=walls,
     )
     directions = rng.normal(size=places.shape)
     speeds = fastest_m_s * rng.random(len(radii)) ** 4 / np.linalg.norm(directions, axis=1)
-    simulation.add_grains(places, radii, "grain", velocities_m_s=speeds[:, None] * directions)
+    velocities = speeds[:, None] * directions
+    velocities[list(bullets)] = [-1.0, 0.0, 0.0]
+    simulation.add_grains(places, radii, "grain", velocities_m_s=velocities)
     return simulation
 
 
@@ -92,7 +96,7 @@ def test_the_list_has_every_pair_that_is_near_once(name):
     simulation.advance(1)
     state, lists = simulation._state, simulation._state.lists
     found = listed(lists.pairs.outer)
-    expected = near(lists.origin, state.places[:, RADIUS], lists.allowance, state.period)
+    expected = near(lists.origin.reshape(-1, PLACE)[:, :3], state.places[:, RADIUS], lists.allowance, state.period)
     assert len(expected) > len(radii)
     assert np.array_equal(found[np.lexsort((found[:, 1], found[:, 0]))], expected)
     assert slabs.used_slabs(lists.pairs.outer.slab) > 1 or not name.startswith("ring")
@@ -110,3 +114,38 @@ def test_cells_are_as_wide_as_the_search_costs_least():
         widths.append(pairs.cell_of(grains, np.full(len(radii), allowance), 0.0, allowance))
     assert widths[0] == pytest.approx(2.0 * (RADIUS_M + allowance))
     assert 1.2 * widths[0] < widths[1] <= 2.0 * (2.0 * RADIUS_M + allowance) * (1.0 + 1e-6)
+
+
+def slab_starts(simulation):
+    """Least x in m of the grains of each slab (s,)."""
+    simulation.advance(1)
+    outer, x = simulation._state.lists.pairs.outer, simulation._state.places[:, 0]
+    used = slabs.used_slabs(outer.slab)
+    return np.array([x[outer.order[outer.slab[s] : outer.slab[s + 1]]].min() for s in range(used)])
+
+
+@pytest.mark.parametrize("before", ["a slab", "the last slab", "a wall"])
+def test_grains_that_are_hit_meet_others_though_the_lists_were_made_earlier(before, monkeypatch):
+    """Slabs of grains that used up their allowance choose their contacts again; beside it all lists are made in every step.
+
+    One grain near the start of a slab flies towards what is before it; whom it hits meets a grain or a wall there.
+    """
+    sides = RADIUS_M * np.array([200.0, 30.0, 30.0])
+    period, made, found = sides * [before == "the last slab", 0, 0], [], []
+    places, radii = packed(sides, period, 0.95, 0, 1.0, np.random.default_rng(11))
+    starts = slab_starts(moving(places, radii, period, 0.002, np.random.default_rng(12)))
+    start = starts[len(starts) // 2 if before == "a slab" else 0]
+    wall_m = float((places[:, 0] - radii).min()) - 0.05 * RADIUS_M if before == "a wall" else -8.0
+    bullets = [np.flatnonzero(np.abs(places[:, 0] - start - 3.0 * RADIUS_M) < RADIUS_M)[100]]
+    scratch = Runner.scratch
+    monkeypatch.setattr(Runner, "scratch", lambda self: made.append(scratch(self)) or made[-1])
+    for calls in (4, 400):
+        simulation = moving(places, radii, period, 0.002, np.random.default_rng(12), bullets, 2e-5, wall_m)
+        for _ in range(calls):
+            simulation.advance(400 // calls)
+        found.append(simulation.grains.positions_m)
+    assert len(starts) >= 4
+    assert any(scratch.pace[loop.AGAIN] > 0 for scratch in made[:4])
+    moved = np.linalg.norm(found[0] - places, axis=1)
+    assert np.count_nonzero(moved > 0.1 * RADIUS_M) > 5
+    assert np.abs(found[0] - found[1]).max() < 1e-4 * RADIUS_M

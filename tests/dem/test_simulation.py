@@ -674,8 +674,8 @@ def long_packing(threads=1, periodic=False, driven=False, n_steps=50, glued=Fals
     if glued:
         s.glue(lowest, "floor")
     s.advance(n_steps)
-    _, n_left = allowance.allow_inner(s._state.grains, s._state.lists, s.time_step_s, s._runner.skin, s._runner.reach_m)
-    assert loop.steps_within(n_left, 1.0, slabs.used_slabs(s._state.lists.pairs.outer.slab)) == schedule.STEPS_AT_ONCE
+    share, _ = allowance.allow_inner(s._state.grains, s._state.lists, s.time_step_s, s._runner.skin, s._runner.reach_m)
+    assert loop.steps_within(1.0, share, slabs.used_slabs(s._state.lists.pairs.outer.slab)) == schedule.STEPS_AT_ONCE
     return s
 
 
@@ -714,7 +714,8 @@ def advance_by_hand(s, at_once, n_steps):
     contacts = state.lists.pairs.contacts
     blocks.common_constants(run.state, contacts, model)
     state.lists.within[:] = state.places[:, RADIUS] + 0.05 * s._runner.skin
-    assert schedule.prune(run.state, state.lists.pairs, state.lists.within, model, None)
+    state.lists.place[:] = state.grains.place
+    assert schedule.prune(run.state, state.lists, model, None)
     assert contacts.count.sum() > 1000
     steps, move = callable_from_python(schedule.steps), callable_from_python(schedule.move)
     for _ in range(n_steps):

@@ -7,7 +7,7 @@ import numpy as np
 from dem.clumps.records import BLOCK as B
 from dem.clumps.records import BRAKE, CENTRE, FORCE, ROTATION, SPIN, TORQUE, VELOCITY
 from dem.jit import lean_jit
-from dem.layout import LOAD, MOTION, PLACE, QX, QY, QZ, RADIUS, RESIST, UX, UY, UZ, VY, VZ, U
+from dem.layout import LOAD, MOTION, PLACE, QX, QY, QZ, RADIUS, RESIST, USE, UX, UY, UZ, VY, VZ, U
 
 
 @lean_jit
@@ -39,10 +39,13 @@ def sum_members(grains, loads, clumps, start, end):
 
 @lean_jit
 def place_members(grains, clumps, start, end):
-    """Give the members of clumps start to end their places and velocities; returns their largest speed (m/s)."""
+    """Give the members of clumps start to end their places and velocities.
+
+    Returns the largest share of an allowance that is used up.
+    """
     place, motion, _ = grains
     begin, grain, arm = clumps.begin, clumps.grain, clumps.arm
-    number, fastest2 = motion.dtype.type, 0.0
+    number, largest2 = motion.dtype.type, 0.0
     for c in range(start, end):
         v, q = clumps.blocks[c // B], c % B
         cx, cy, cz = v[CENTRE * B + q], v[(CENTRE + 1) * B + q], v[(CENTRE + 2) * B + q]
@@ -61,5 +64,6 @@ def place_members(grains, clumps, start, end):
             x, y, z = vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x
             motion[i], motion[i + U[VY]], motion[i + U[VZ]] = number(x), number(y), number(z)
             motion[i + U[UX]], motion[i + U[UY]], motion[i + U[UZ]] = number(r * wx), number(r * wy), number(r * wz)
-            fastest2 = max(fastest2, x * x + y * y + z * z)
-    return math.sqrt(fastest2)
+            use = float(motion[i + U[USE]])
+            largest2 = max(largest2, (x * x + y * y + z * z) * use * use)
+    return math.sqrt(largest2)

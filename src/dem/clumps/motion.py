@@ -65,7 +65,10 @@ def place_all(vector, grains, clumps):
 
 @lean_jit
 def move_clumps(vector, grains, clumps, gravity, dt):
-    """Move every clump by dt with the loads that `collect_loads` has summed, and its members; returns their largest speed."""
+    """Move every clump by dt with the loads that `collect_loads` has summed, and its members.
+
+    Returns the largest share of an allowance that a member uses up.
+    """
     n = clumps.begin.shape[0] - 1
     for k in range(0, n, B):
         v, in_block = clumps.blocks[k // B], min(B, n - k)

@@ -77,15 +77,15 @@ def sum_clumps(typing, place, loads, grain, values, q, first, last):
 
 @intrinsic
 def place_clumps(typing, place, motion, grain, values, q, first, last, arm):
-    """Place the members of FOUR clumps; returns their largest squared speed."""
+    """Place the members of FOUR clumps; returns the largest squared share of an allowance that is used up."""
 
     def generate(context, builder, signature, args):
         e = ClumpEmitter(context, builder, signature, args)
         place, motion, arm = e.array(0), e.array(1), e.array(7)
         nothing = e.constant(NOTHING)
         centre, velocity, spin, rotation = e.rows(CENTRE), e.rows(VELOCITY), e.rows(SPIN), e.rows(ROTATION, 9)
-        fastest2 = cgutils.alloca_once(builder, nothing.type)
-        builder.store(nothing, fastest2)
+        largest2 = cgutils.alloca_once(builder, nothing.type)
+        builder.store(nothing, largest2)
         with e.members() as (lane, _):
             numbers, at = e.numbers(lane), e.start(lane, PLACE * FOUR)
             *arms, radius = (e.load(arm, e.at(at, t * FOUR), FOUR) for t in range(PLACE))
@@ -100,15 +100,17 @@ def place_clumps(typing, place, motion, grain, values, q, first, last, arm):
                 e.store(place, e.start(number, PLACE), record)
             moving = e.add_cross(spin, away, velocity)
             turning = [builder.fmul(radius, w) for w in spin]
-            for offset, rows in ((0, moving), (UX, turning)):
-                records = e.transpose_places([e.narrow(row, motion[1]) for row in (*rows, nothing)])
+            *_, use = e.transpose_places([e.load(motion, e.start(number, MOTION), UX) for number in numbers])
+            for offset, rows in ((0, (*moving, e.widen(use))), (UX, (*turning, nothing))):
+                records = e.transpose_places([e.narrow(row, motion[1]) for row in rows])
                 for number, record in zip(numbers, records, strict=True):
                     e.store(motion, e.at(e.start(number, MOTION), offset), record)
             speed2 = builder.fmul(moving[0], moving[0])
             for v in moving[1:]:
                 speed2 = e.fma(v, v, speed2)
-            builder.store(e.call("maxnum", builder.load(fastest2), speed2, fast=FAST), fastest2)
-        return largest(e, builder.load(fastest2))
+            used2 = builder.fmul(builder.fmul(speed2, e.widen(use)), e.widen(use))
+            builder.store(e.call("maxnum", builder.load(largest2), used2, fast=FAST), largest2)
+        return largest(e, builder.load(largest2))
 
     return types.float64(place, motion, grain, values, q, first, last, arm), generate
 
@@ -126,10 +128,10 @@ def sum_members(grains, loads, clumps):
 @lean_jit
 def place_members(grains, clumps):
     """As `dem.clumps.members.place_members`, of all clumps."""
-    begin, n, fastest2 = clumps.lane, clumps.begin.shape[0] - 1, 0.0
+    begin, n, largest2 = clumps.lane, clumps.begin.shape[0] - 1, 0.0
     place, motion, _ = grains
     for g in range(begin.shape[0] - 1):
         values, q = clumps.blocks[g * FOUR // BLOCK], np.int64(g * FOUR % BLOCK)
         of_four = place_clumps(place, motion, clumps.lane_grain, values, q, begin[g], begin[g + 1], clumps.lane_arm)
-        fastest2 = max(fastest2, of_four)
-    return max(math.sqrt(fastest2), members.place_members(grains, clumps, n - n % FOUR, n))
+        largest2 = max(largest2, of_four)
+    return max(math.sqrt(largest2), members.place_members(grains, clumps, n - n % FOUR, n))

@@ -261,15 +261,15 @@ def deepest_overlap(grains, period, row, partner):
 
 
 @jit
-def prune_slab(s, state, neighbours, within, model):
+def prune_slab(s, state, lists, model):
     """Copy every outer pair of slab s closer than within[i] + within[j] into its contact blocks.
 
-    Sets the slab's count, to -1 if the capacity is too small.
+    Grains count where they got their inner allowances. Sets the slab's count, to -1 if the capacity is too small.
     """
-    outer, contacts = neighbours.outer, neighbours.contacts
+    outer, contacts = lists.pairs.outer, lists.pairs.contacts
     begin, end = contacts.begin[s], contacts.begin[s + 1]
     slots = Slots(contacts.first[begin:end], contacts.second[begin:end], contacts.slot[begin:end])
-    m = near_pairs(s, state.grains, outer, within, model.access.images, slots)
+    m = near_pairs(s, lists.place, outer, lists.within, model.access.images, slots)
     contacts.count[s] = m
     for k0 in range(0, m - BLOCK + 1, BLOCK):
         interleave(slots.first[k0 : k0 + BLOCK])
@@ -306,12 +306,12 @@ def entries_of(s, outer):
 
 
 @lean_jit
-def near_pairs(s, grains, outer, within, images, slots):
+def near_pairs(s, place, outer, within, images, slots):
     """List (i, j, entry) of every outer pair of slab s closer than within[i] + within[j]; returns their number, -1 if too many.
 
     Every pair is written and kept by advancing m: no branch to mispredict, nor a short loop over each grain's row.
     """
-    m, place = 0, grains.place
+    m = 0
     first, second, slot = slots
     begin, end = entries_of(s, outer)
     for k in range(begin, end):

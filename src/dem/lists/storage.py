@@ -55,9 +55,9 @@ class Neighbours(NamedTuple):
 class Lists(NamedTuple):
     """Neighbours among grains and at surfaces.
 
-    origin (n, 3), allowance (n,): places and allowances in m at the last rebuild; place (n, 3), within (n,): the same at the last
-    pruning (see `dem.lists.allowance`). age (2,): STALE if the lists must be rebuilt, else 0; displacement of bodies in m since
-    the surfaces' outer list was.
+    origin (n PLACE,), allowance (n,): place records and allowances in m at the last rebuild; place (n PLACE,), within (n,): records
+    where grains got their inner allowances, and these (see `dem.lists.allowance`). age (2,): STALE if the lists must be rebuilt,
+    else 0; displacement of bodies in m since the surfaces' outer list was.
     """
 
     pairs: Neighbours

@@ -2,7 +2,7 @@
 
 from dem.bodies import separation
 from dem.jit import inline_jit, jit, lean_jit, strict_jit
-from dem.layout import BLOCK, INVERSE_MASS, MOTION, PLACE, RADIUS
+from dem.layout import BLOCK, INVERSE_MASS, MOTION, PLACE, RADIUS, GrainArrays
 from dem.lists.blocks import LINE, finish_block, load_pair, raw_blocks
 from dem.lists.history import load_history
 from dem.lists.slabs import slab_numbers
@@ -102,11 +102,13 @@ def is_near_any(i, key, grains, surfaces, rigid, images, cutoff):
 def prune_surfaces(state, surfaces, rigid, lists, cutoff, model, near):
     """Copy every outer entry closer than within[i] + cutoff into contact blocks, slab by slab and there surface by surface.
 
-    near : working memory for meshes. Returns what `dem.meshes.contacts.list_near` returns.
+    Grains count where they got their inner allowances. near : working memory for meshes. Returns what
+    `dem.meshes.contacts.list_near` returns.
     """
     outer, contacts = lists.surfaces.outer, lists.surfaces.contacts
     slab_of = slab_numbers(lists.pairs.outer)
-    total = place_contacts(state.grains, surfaces, rigid, model.access.images, lists, slab_of, cutoff)
+    grains = GrainArrays(lists.place, state.grains.motion, state.grains.remainder)
+    total = place_contacts(grains, surfaces, rigid, model.access.images, lists, slab_of, cutoff)
     n_blocks = (total + BLOCK - 1) // BLOCK
     raw = raw_blocks(n_blocks, contacts.constants, model.laws)
     for part in range(contacts.count.shape[0]):
@@ -114,7 +116,7 @@ def prune_surfaces(state, surfaces, rigid, lists, cutoff, model, near):
         load_history(part, contacts, outer.history)
     for k in range(n_blocks):
         finish_block(raw[k], contacts.constants[k], min(BLOCK, total - k * BLOCK), model.laws)
-    return list_near(rigid, surfaces, state.grains, model.access.images, lists.within, cutoff, contacts, near)
+    return list_near(rigid, surfaces, grains, model.access.images, lists.within, cutoff, contacts, near)
 
 
 @jit

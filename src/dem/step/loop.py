@@ -17,13 +17,14 @@ from dem.bodies import (
 )
 from dem.clumps.motion import collect_loads
 from dem.jit import inline_jit, lean_jit
+from dem.layout import GrainArrays
 from dem.ledger import Ledger, book_step, note_step
-from dem.lists.allowance import allow_inner, allow_outer, inner_left
+from dem.lists.allowance import MOST_INNER, Terms, allow_inner, allow_outer, look
 from dem.lists.blocks import common_constants
 from dem.lists.grid import is_sound
 from dem.lists.history import carry_history, save_history
 from dem.lists.pairs import find_pairs
-from dem.lists.slabs import cut_contacts, used_slabs
+from dem.lists.slabs import SLABS, cut_contacts, used_slabs
 from dem.lists.storage import STALE, copy_list
 from dem.lists.surfaces import find_surface_pairs, prune_surfaces
 from dem.meshes.contacts import GRAIN_BEHIND, TOO_MANY
@@ -37,10 +38,16 @@ FINISHED, PAIRS_FULL, SURFACE_PAIRS_FULL, CONTACTS_FULL, BLEW_UP, TRIANGLES_FULL
 #: Displacements of bodies, as the allowances of grains (see `dem.lists.allowance`): least and most in the inner list, and the outer
 #: one, all in skins.
 LEAST_BODY, MOST_BODY, OUTER_BODY = 0.05, 0.25, 0.5
-#: Entries of the pace: bound on the displacement of grains since the last look at them, and the least that any had left there (m);
-#: steps for which that lasts unless grains gain much speed; bound on the displacement of bodies since surfaces were pruned, and
-#: their allowance (m); largest speed of grains and bodies (m/s); mass of the heaviest grain (kg).
-TRAVEL, LEFT, STEPS_LEFT, BODY_TRAVEL, BODY_LEFT, SPEED, BODY_SPEED, HEAVIEST, PACE = range(9)
+#: What a slab has spent is a bound on the share of its inner allowance that any of its grains has used up since the last look at
+#: them, its rate the largest share that one used up in the last step. Entries of the pace: the largest rate, below 0 where the
+#: inner lists must be made anew; terms of the inner allowances; number of slabs that have chosen contacts again since then, and of
+#: those that must; bound on the displacement of bodies since surfaces were pruned, and their allowance (m); largest speed of bodies
+#: (m/s); mass of the heaviest grain (kg).
+RATE, DURATION, FOR_ALL, AGAIN, MARKED, BODY_TRAVEL, BODY_LEFT, BODY_SPEED, HEAVIEST, PACE = range(10)
+
+#: If more than this share of a slab's grains need another allowance, all grains get one. A slab is looked at so early that steps
+#: can be fused to the end, if these use up less than the second share.
+MANY, FUSED_SHARE = 1.0 / 16.0, 0.25
 
 #: See `steady_steps`.
 STEADY = 0.5
@@ -79,13 +86,15 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
     reason, done, n_rebuilds, n_prunings = FINISHED, 0, 0, 0
     clear_all(outputs.mean_force)
     clear_all(outputs.mean_torque)
-    clear_all(scratch.speeds)
+    clear_all(scratch.used)
     common_constants(state, lists.pairs.contacts, model)
     while done < limits.n_steps:
-        if are_pairs_due(run, pace):
+        if are_lists_due(run, pace, moves):
             reason, rebuilt = refresh_lists(run, pace, limits)
             n_rebuilds += rebuilt
             n_prunings += 1
+        elif pace[MARKED] > 0.0 and not choose_again(run, pace):
+            reason = CONTACTS_FULL
         elif pace[BODY_TRAVEL] > pace[BODY_LEFT]:
             reason = refresh_surfaces(run, pace, limits.skin)
         if reason != FINISHED:
@@ -112,7 +121,7 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
         if plan.moves:
             carry(run)
         done += plan.n_steps
-        if max(pace[SPEED], pace[BODY_SPEED]) > limits.speed:
+        if pace[BODY_SPEED] > limits.speed or is_too_fast(run, pace, limits):
             reason = BLEW_UP
             break
     save_all(lists, scratch.threads)
@@ -128,10 +137,10 @@ def begin(run, pace, moves):
         sort_by_slab(run.scene.glued, run.lists.pairs.outer, run.scratch.carried)
     if moves:
         carry(run)
-    pace[TRAVEL], pace[LEFT], pace[BODY_TRAVEL], pace[BODY_LEFT] = 0.0, -1.0, 0.0, -1.0
+    pace[RATE], pace[BODY_TRAVEL], pace[BODY_LEFT] = -1.0, 0.0, -1.0
     bodies, rigid = run.scene.bodies, run.scene.rigid
     pace[HEAVIEST] = heaviest_grain(run.state.grains)
-    pace[SPEED], pace[BODY_SPEED] = fastest_grain(run.state.grains), fastest_surface(rigid, bodies, fastest_body(bodies))
+    pace[BODY_SPEED] = fastest_surface(rigid, bodies, fastest_body(bodies))
 
 
 @inline_jit
@@ -187,15 +196,52 @@ def divide(total, n):
 
 
 @lean_jit
-def are_pairs_due(run, pace):
-    """True if the inner list of pairs could miss a contact; looks at what each grain has left where the bound does not tell."""
-    if pace[LEFT] < 0.0:
+def are_lists_due(run, pace, moves):
+    """True if the inner lists must be made anew; marks slabs where it is enough that they choose their contacts again.
+
+    Looks at the grains of slabs in which one may have used up its allowance, or will before fused steps end. moves : see `Plan`.
+    """
+    if pace[RATE] < 0.0:
         return True
-    if pace[TRAVEL] <= pace[LEFT]:
+    outer, scratch, used = run.lists.pairs.outer, run.scratch, used_slabs(run.lists.pairs.outer.slab)
+    ahead = 2.0 * (schedule.max_steps(used) - 1) if moves else 0.0  # see `steps_within`
+    for s in range(used):
+        to_come = ahead * scratch.rate[s]
+        if scratch.spent[s] + (to_come if to_come < FUSED_SHARE else 0.0) <= 1.0:
+            continue
+        which, terms = outer.order[outer.slab[s] : outer.slab[s + 1]], Terms(pace[DURATION], pace[FOR_ALL])
+        n, n_near, scratch.rate[s] = look(which, run.state.grains, run.lists, run.model.step_s, run.model.reach_m, terms)
+        scratch.spent[s] = 0.0
+        if n > 0:  # its pairs are its own slab's and that before
+            scratch.marks[s], scratch.marks[(s + used - 1) % used] = 1, 1
+            pace[AGAIN] += 2.0
+            pace[MARKED] += 2.0
+        if n < 0 or n > MANY * which.shape[0] or pace[AGAIN] > used:
+            return True
+        if n_near > 0:
+            pace[BODY_LEFT] = -1.0
+    return False
+
+
+@lean_jit
+def choose_again(run, pace):
+    """Have the marked slabs choose their contacts again; False if there is no space for them, and the lists must be made anew."""
+    lists, marks = run.lists, run.scratch.marks
+    enough = schedule.prune_again(marks, run.state, lists, run.model)
+    clear(marks)
+    pace[MARKED] = 0.0
+    if not enough:
+        save_all(lists, run.scratch.threads)
+        pace[RATE] = -1.0
+    return enough
+
+
+@lean_jit
+def is_too_fast(run, pace, limits):
+    """True if a grain moves faster than limits.speed; looks at each only where the bound does not tell."""
+    if pace[RATE] * MOST_INNER * limits.allowance <= limits.speed * run.model.step_s:
         return False
-    left, n_steps = inner_left(run.state.grains, run.lists, run.model.step_s, run.model.reach_m, pace[SPEED])
-    pace[TRAVEL], pace[LEFT], pace[STEPS_LEFT] = 0.0, left, n_steps
-    return left < 0.0
+    return fastest_grain(run.state.grains) > limits.speed
 
 
 @inline_jit
@@ -204,9 +250,19 @@ def next_plan(run, pace, n_left, moves):
     dt, used = run.model.step_s, used_slabs(run.lists.pairs.outer.slab)
     if not moves or schedule.max_steps(used) == 1 or not keep_turning(run.scene.rigid, run.scene.glued):
         return schedule.Plan(1, moves)
-    of_pairs = steps_within(pace[STEPS_LEFT], 1.0, used)
+    of_pairs = steps_within(steps_left(run.scratch, used), 1.0, used)
     of_bodies = steps_within(pace[BODY_LEFT] - pace[BODY_TRAVEL], pace[BODY_SPEED] * dt, used)
     return schedule.Plan(max(1, min(n_left, of_pairs, of_bodies, steady_steps(run, pace[HEAVIEST]))), moves)
+
+
+@lean_jit
+def steps_left(scratch, used):
+    """Number of steps for which the inner allowances last at the rates of the last step."""
+    left = 1e30
+    for s in range(used):
+        if scratch.rate[s] > 0.0:
+            left = min(left, (1.0 - scratch.spent[s]) / scratch.rate[s])
+    return left
 
 
 @lean_jit
@@ -248,30 +304,38 @@ def follow(run, pace, n_steps):
     dt = run.model.step_s
     used = used_slabs(run.lists.pairs.outer.slab)
     for k in range(n_steps):
-        body_speed, speed = move_bodies(run.scene, dt), largest(run.scratch.speeds[k], used)
+        body_speed = move_bodies(run.scene, dt)
         turn_bodies(run.scene.rigid, run.state.grains, run.scene, dt)
         body_speed = fastest_surface(run.scene.rigid, run.scene.bodies, body_speed)
-        pace[TRAVEL] += speed * dt
-        pace[STEPS_LEFT] -= 1.0
+        add_up(run.scratch, k, used)
         pace[BODY_TRAVEL] += body_speed * dt
         run.lists.age[1] += body_speed * dt
-        pace[SPEED], pace[BODY_SPEED] = speed, body_speed
+        pace[BODY_SPEED] = body_speed
+    pace[RATE] = largest(run.scratch.rate, used)
 
 
 @lean_jit
-def largest(speeds, used):
-    """Largest of the first `used` speeds."""
-    speed = 0.0
+def add_up(scratch, step, used):
+    """Add what the grains of each slab have used up in one of the fused steps."""
     for s in range(used):
-        speed = max(speed, speeds[s])
-    return speed
+        scratch.rate[s] = scratch.used[step, s]
+        scratch.spent[s] += scratch.used[step, s]
+
+
+@lean_jit
+def largest(shares, n):
+    """Largest of the first n shares."""
+    share = 0.0
+    for s in range(n):
+        share = max(share, shares[s])
+    return share
 
 
 @lean_jit
 def allow_bodies(pace, dt, skin):
     """Set the allowance of bodies in the inner list of surfaces."""
     pace[BODY_TRAVEL] = 0.0
-    pace[BODY_LEFT] = min(max(pace[BODY_SPEED] * dt * pace[STEPS_LEFT], LEAST_BODY * skin), MOST_BODY * skin)
+    pace[BODY_LEFT] = min(max(pace[BODY_SPEED] * dt * pace[DURATION], LEAST_BODY * skin), MOST_BODY * skin)
 
 
 @lean_jit
@@ -280,18 +344,21 @@ def refresh_lists(run, pace, limits):
     lists, model, dt, skin = run.lists, run.model, run.model.step_s, limits.skin
     n_rebuilds = 0
     save_all(lists, run.scratch.threads)
-    pace[TRAVEL], pace[LEFT] = 0.0, -1.0
+    pace[RATE], pace[AGAIN], pace[MARKED], terms = -1.0, 0.0, 0.0, Terms(0.0, 0.0)
     if lists.age[0] < STALE:
-        pace[LEFT], pace[STEPS_LEFT] = allow_inner(run.state.grains, lists, dt, skin, model.reach_m)
-    if pace[LEFT] < 0.0:
+        pace[RATE], terms = allow_inner(run.state.grains, lists, dt, skin, model.reach_m)
+    if pace[RATE] < 0.0:
         reason = rebuild(run, limits)
         if reason != FINISHED:
             return reason, n_rebuilds
         n_rebuilds = 1
-        pace[LEFT], pace[STEPS_LEFT] = allow_inner(run.state.grains, lists, dt, skin, model.reach_m)
-    if not schedule.prune(run.state, lists.pairs, lists.within, model, run.scratch.threads):
+        pace[RATE], terms = allow_inner(run.state.grains, lists, dt, skin, model.reach_m)
+    pace[DURATION], pace[FOR_ALL] = terms
+    for s in range(SLABS):
+        run.scratch.spent[s], run.scratch.rate[s], run.scratch.marks[s] = 0.0, pace[RATE], 0
+    if not schedule.prune(run.state, lists, model, run.scratch.threads):
         clear(lists.pairs.contacts.count)
-        pace[LEFT] = -1.0
+        pace[RATE] = -1.0
         return CONTACTS_FULL, n_rebuilds
     return prune_at_surfaces(run, pace, skin), n_rebuilds
 
@@ -353,12 +420,13 @@ def rebuild(run, limits):
 
 @lean_jit
 def rebuild_surfaces(run, skin):
-    """As `rebuild`, of the outer list of surfaces alone."""
+    """As `rebuild`, of the outer list of surfaces alone, for grains where they got their outer allowances."""
     grains, scene, lists, model = run.state.grains, run.scene, run.lists, run.model
     if not is_sound(grains):
         return BLEW_UP
     cutoff, images, surfaces = OUTER_BODY * skin + model.reach_m, model.access.images, lists.surfaces
-    if find_surface_pairs(grains, scene.surfaces, scene.rigid, images, lists.allowance, cutoff, surfaces.spare) < 0:
+    then = GrainArrays(lists.origin, grains.motion, grains.remainder)
+    if find_surface_pairs(then, scene.surfaces, scene.rigid, images, lists.allowance, cutoff, surfaces.spare) < 0:
         return SURFACE_PAIRS_FULL
     carry_history(surfaces.outer, surfaces.spare, False)
     copy_list(surfaces.spare, surfaces.outer)

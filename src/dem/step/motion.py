@@ -9,7 +9,7 @@ import numpy as np
 
 from dem.contact.laws.rolling_a import braked
 from dem.jit import exact_jit, jit, lean_jit
-from dem.layout import FREE, INVERSE_MASS, LOAD, MOTION, PLACE, QX, QY, QZ, RESIST, UX, UY, UZ, VX, VY, VZ, U
+from dem.layout import FREE, INVERSE_MASS, LOAD, MOTION, PLACE, QX, QY, QZ, RESIST, USE, UX, UY, UZ, VX, VY, VZ, U
 
 
 @exact_jit
@@ -21,10 +21,13 @@ def rounded_sum(value, change):
 
 @lean_jit
 def integrate(grains, loads, which, gravity, dt, zero):
-    """Advance the grains of the numbers `which` by dt, clear their loads, return the largest speed (m/s)."""
+    """Advance the grains of the numbers `which` by dt, clear their loads.
+
+    Returns the largest share of an allowance that is used up.
+    """
     place, motion, remainder = grains
     number = motion.dtype.type  # a plain number would promote to float64
-    fastest, one, tiny, step, twist_step = zero, number(1.0), number(1e-30), number(dt), number(2.5 * dt)
+    largest, one, tiny, step, twist_step = zero, number(1.0), number(1e-30), number(dt), number(2.5 * dt)
     gx, gy, gz = number(gravity[0] * dt), number(gravity[1] * dt), number(gravity[2] * dt)
     for k in range(which.shape[0]):
         o = np.uint64(which[k] * PLACE)
@@ -55,10 +58,11 @@ def integrate(grains, loads, which, gravity, dt, zero):
         place[o] += vx * dt
         place[o + U[1]] += vy * dt
         place[o + U[2]] += vz * dt
-        fastest = max(fastest, vx * vx + vy * vy + vz * vz)
+        use = motion[i + U[USE]]
+        largest = max(largest, (vx * vx + vy * vy + vz * vz) * use * use)
         for t in range(LOAD):
             loads[a + U[t]] = zero
-    return math.sqrt(fastest)
+    return math.sqrt(largest)
 
 
 @lean_jit

@@ -41,16 +41,19 @@ BLOCKS_AHEAD = 3
 class Scratch(NamedTuple):
     """Working memory.
 
-    buffers (groups in parallel, BUFFER x BLOCK), places (groups in parallel, 4 BLOCK) float64; speeds (steps, SLABS): largest speed
-    of each slab's grains in each fused step; geometry (steps, surfaces, RECORD): surfaces in each fused step; force
-    and torque (SLABS, surfaces, 3): of each slab's grains, summed over the steps. ahead: None, or poses in each
-    fused step. carried: loads of glued grains, summed over the steps. pace: see `dem.step.loop`. near: None, or for meshes.
-    threads: None for one.
+    buffers (groups in parallel, BUFFER x BLOCK), places (groups in parallel, 4 BLOCK) float64; used (steps, SLABS): largest share
+    of an allowance that a grain of each slab uses up in each fused step; spent, rate, marks (SLABS,): see `dem.step.loop`;
+    geometry (steps, surfaces, RECORD): surfaces in each fused step; force and torque (SLABS, surfaces, 3): of each slab's grains,
+    summed over the steps. ahead: None, or poses in each fused step. carried: loads of glued grains, summed over the steps. pace:
+    see `dem.step.loop`. near: None, or for meshes. threads: None for one.
     """
 
     buffers: np.ndarray
     places: np.ndarray
-    speeds: np.ndarray
+    used: np.ndarray
+    spent: np.ndarray
+    rate: np.ndarray
+    marks: np.ndarray
     geometry: np.ndarray
     force: np.ndarray
     torque: np.ndarray
@@ -123,7 +126,7 @@ def prefetch(vector, grains, loads, which):
 
 @inline_jit
 def integrate(vector, grains, loads, which, gravity, dt, zero):
-    """Advance the grains of the numbers `which` by dt; returns their largest speed (m/s)."""
+    """Advance the grains of the numbers `which` by dt; returns the largest share of an allowance that is used up."""
     if vector is None:
         return motion.integrate(grains, loads, which, gravity, dt, zero)
     else:  # noqa: RET505  # numba prunes the branch of a missing type only in this form
@@ -218,11 +221,11 @@ def slab_forces(s, step, coming, run, thread):
 
 @inline_jit
 def move_slab(s, step, run):
-    """Advance the grains of one slab; speeds[step, s] becomes their largest speed (m/s)."""
+    """Advance the grains of one slab; used[step, s] becomes the largest share of an allowance that is used up."""
     outer, model, state = run.lists.pairs.outer, run.model, run.state
     take_loads(s, run.scene.glued, state.loads, run.scratch.carried)
     which = outer.order[outer.slab[s] : outer.slab[s + 1]]
-    run.scratch.speeds[step, s] = integrate(
+    run.scratch.used[step, s] = integrate(
         model.access.vector, state.grains, state.loads, which, run.scene.gravity, model.step_s, model.laws.numbers.zero
     )
 
@@ -295,8 +298,8 @@ def move_one(s, run):
 @inline_jit
 def prune_one(s, task):
     """Copy the pairs of slab s that may touch; task : the arguments of `prune`."""
-    state, neighbours, within, model = task
-    prune_slab(s, state, neighbours, within, model)
+    state, lists, model = task
+    prune_slab(s, state, lists, model)
 
 
 @inline_jit
@@ -311,12 +314,13 @@ on_groups, on_slabs_moving, on_slabs_pruned, on_slabs_saved = map(spread, (every
 
 @lean_jit
 def move_with_clumps(run, clumps):
-    """Advance clumps, then the grains that are no members; their largest speed (m/s) counts as that of slab 0."""
+    """Advance clumps, then the grains that are no members; the largest share of an allowance counts as that of every slab."""
     state, model, gravity = run.state, run.model, run.scene.gravity
     of_members = move_clumps(model.access.vector, state.grains, clumps, gravity, model.step_s)
     zero = model.laws.numbers.zero
     of_others = integrate(model.access.vector, state.grains, state.loads, clumps.others, gravity, model.step_s, zero)
-    run.scratch.speeds[0, 0] = max(of_members, of_others)
+    for s in range(used_slabs(run.lists.pairs.outer.slab)):
+        run.scratch.used[0, s] = max(of_members, of_others)
 
 
 @inline_jit
@@ -352,10 +356,22 @@ def move(run, threads):
 
 
 @jit
-def prune(state, neighbours, within, model, threads):
+def prune(state, lists, model, threads):
     """Copy the pairs that may touch from the outer list into the contact blocks; False if the capacity is too small."""
-    on_slabs_pruned(threads, used_slabs(neighbours.outer.slab), (state, neighbours, within, model))
-    return neighbours.contacts.count.min() >= 0
+    on_slabs_pruned(threads, used_slabs(lists.pairs.outer.slab), (state, lists, model))
+    return lists.pairs.contacts.count.min() >= 0
+
+
+@jit
+def prune_again(marks, state, lists, model):
+    """As `prune`, for the marked slabs alone (SLABS,), whose contacts' history is saved first."""
+    enough = True
+    for s in range(used_slabs(lists.pairs.outer.slab)):
+        if marks[s] > 0:
+            save_history(s, lists.pairs.contacts, lists.pairs.outer.history)
+            prune_slab(s, state, lists, model)
+            enough &= lists.pairs.contacts.count[s] >= 0
+    return enough
 
 
 @lean_jit

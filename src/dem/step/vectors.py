@@ -316,7 +316,7 @@ def scatter_lanes_at_surface(typing, loads, first, q, b):
 
 @intrinsic
 def integrate_group(typing, place, motion, remainder, loads, which, gravity, dt, k):
-    """Advance GROUP grains, which[k] and the next ones; returns their largest squared speed."""
+    """Advance GROUP grains, which[k] and the next ones; returns the largest squared share of an allowance that is used up."""
 
     def generate(context, builder, signature, args):
         return emit_integrate(Emitter(context, builder, signature, args), 1)
@@ -351,7 +351,7 @@ class Advance:
         self.step = e.b.fmul(e.pick(step, step, range(PLACE)), e.constant([1.0, 1.0, 1.0, 0.0]))
         self.nothing = e.constant([0.0] * MOTION, self.element)
         self.brake_ends = e.constant([0.0] * (MOTION - 1) + [-1.0], self.element)  # passes the resistance through
-        self.fastest2 = e.constant([0.0] * MOTION, self.element)
+        self.largest2 = e.constant([0.0] * MOTION, self.element)
 
     def pull(self, g):
         """Return numbers, velocity increments, unbraked velocities and braking factors (negative) of the grains of group g."""
@@ -364,13 +364,14 @@ class Advance:
             left = e.fma(e.spread(rest, FREE, MOTION), self.fall, left)
             changes.append(e.fma(load, e.b.fmul(e.spread(rest, INVERSE_MASS, MOTION), self.kick), left))
             unbraked.append(e.b.fadd(e.record(self.motion, number, MOTION), changes[-1]))
-        x, y, z, resist = e.transpose_lanes(unbraked)  # of v, 0 and of u, resistance
+        x, y, z, resist = e.transpose_lanes(unbraked)  # of v, `USE` and of u, resistance
         speed2 = e.constant([TINY] * MOTION, self.element)
         for axis in (x, y, z):
             speed2 = e.fma(axis, axis, speed2)
         share = e.b.fdiv(resist, e.call("sqrt", speed2, fast=FAST), flags=FAST)
         share = e.call("maxnum", share, e.constant([-1.0] * MOTION, self.element), fast=FAST)
-        self.fastest2 = e.call("maxnum", self.fastest2, speed2, fast=FAST)
+        used2 = e.b.fmul(e.b.fmul(speed2, resist), resist)
+        self.largest2 = e.call("maxnum", self.largest2, used2, fast=FAST)
         return numbers, changes, unbraked, share
 
     def move(self, numbers, changes, unbraked, share):
@@ -398,7 +399,7 @@ def emit_integrate(e, n_groups):
             pulled.append(advance.pull(g))
         if g >= 1:
             advance.move(*pulled[g - 1])
-    return largest(e, e.pick(advance.fastest2, advance.fastest2, [0, 1, 2, 3]))
+    return largest(e, e.pick(advance.largest2, advance.largest2, [0, 1, 2, 3]))
 
 
 def undefined(count):
@@ -481,9 +482,9 @@ def integrate(grains, loads, which, gravity, dt, zero):
     """As `dem.step.motion.integrate`."""
     n = which.shape[0]
     many, whole = n - n % (GROUP * GROUPS_AT_ONCE), n - n % GROUP
-    fastest2 = 0.0
+    largest2 = 0.0
     for k in range(0, many, GROUP * GROUPS_AT_ONCE):
-        fastest2 = max(fastest2, integrate_groups(grains.place, grains.motion, grains.remainder, loads, which, gravity, dt, k))
+        largest2 = max(largest2, integrate_groups(grains.place, grains.motion, grains.remainder, loads, which, gravity, dt, k))
     for k in range(many, whole, GROUP):
-        fastest2 = max(fastest2, integrate_group(grains.place, grains.motion, grains.remainder, loads, which, gravity, dt, k))
-    return max(math.sqrt(fastest2), motion.integrate(grains, loads, which[whole:], gravity, dt, zero))
+        largest2 = max(largest2, integrate_group(grains.place, grains.motion, grains.remainder, loads, which, gravity, dt, k))
+    return max(math.sqrt(largest2), motion.integrate(grains, loads, which[whole:], gravity, dt, zero))
