@@ -21,7 +21,7 @@ TINY = 1e-12
 
 #: Inner allowances last for a number of steps at which it costs about the same to make the list anew as to hold pairs that do not
 #: touch, which this UPKEEP weighs. Each grain may gain a SHARE of the fastest one's speed meanwhile.
-UPKEEP, SHARE = 4.0, 0.01
+UPKEEP, SHARE = 4.0, 0.03
 #: Least inner allowance in skins, largest in outer ones. The outer list is old when a grain has less than WORTH of its own left.
 LEAST_INNER, MOST_INNER, WORTH = 2.5e-4, 0.5, 0.5
 #: A grain that has less left than its way in this share of the steps for which it was allowed, or than this share of its allowance,
