@@ -135,7 +135,8 @@ def test_the_wheel_is_pressed_in_front_of_its_lowest_point(driven):
     found = rim_stress(steady_loads(run.rim, run.history["time_s"]), SHAPE.radius_m, SHAPE.width_m)
     normal, theta = found.normal_stress_pa, found.theta_deg
     assert 0.0 < (normal * theta).sum() / normal.sum() < 45.0
-    assert (np.abs(found.shear_stress_pa) <= 1.05 * TEST.wheel_static_friction * np.abs(normal) + 1.0).all()
+    pressed = normal > 0.1 * normal.max()  # elsewhere few grains touch, at the rim's edges, where a contact's normal is not radial
+    assert (np.abs(found.shear_stress_pa[pressed]) <= 1.05 * TEST.wheel_static_friction * normal[pressed]).all()
     assert normal[np.abs(theta) > 100.0] == pytest.approx(0.0)
 
 
