@@ -15,6 +15,7 @@ from dem.experiments.soil_bed import SoilBed
 from dem.experiments.state import load_state, save_state
 from dem.experiments.surface import layer_solid_fraction
 from dem.experiments.wheel_setup import WheelShape, WheelTest
+from dem.measure.blocks import N_BLOCKS
 from dem.measure.rim import TORQUE, integrated, rim_stress, steady_loads
 from dem.measure.wheel import rut, steady, steady_samples
 
@@ -69,7 +70,7 @@ def test_the_motor_gives_more_power_than_the_drawbar_takes(driven, bed):
 def load_beside_momentum_n(history):
     """Mean force on the wheel that its load and its change of speed over the steady samples ask for."""
     (samples,) = np.nonzero(steady_samples(history["time_s"]))
-    begin, end = samples[0] - 1, samples[-1]
+    begin, end = samples[len(samples) % N_BLOCKS] - 1, samples[-1]  # as the mean of whole blocks
     speed = history["vertical_speed_m_s"]
     speeds = [speed[[k, min(k + 1, len(speed) - 1)]].mean() for k in (begin, end)]  # at a sample's end, of means between samples
     mass = TEST.load_n / 9.81
@@ -388,8 +389,7 @@ def test_sandpaper_drives_the_soil_however_slippery_the_wheel_is(bed):
     bare, lined = (steady(run.history, SHAPE.radius_m) for run in runs)
     assert lined.traction_coefficient > 3.0 * bare.traction_coefficient > 0.0
     assert runs[1].momentum_residual_ratio < 1e-5
-    # it bounces: speeds at the ends, estimated from samples, scatter the expectation by 0.6 %
-    assert lined.load_n == pytest.approx(load_beside_momentum_n(runs[1].history), rel=3e-2)
+    assert lined.load_n == pytest.approx(load_beside_momentum_n(runs[1].history), rel=5e-3)
     stress = rim_stress(steady_loads(runs[1].rim, runs[1].history["time_s"]), SHAPE.radius_m, SHAPE.width_m)
     found = integrated(stress, SHAPE.radius_m, SHAPE.width_m)
     assert found["load_n"] == pytest.approx(lined.load_n, abs=4.0 * lined.load_error_n)
