@@ -136,8 +136,15 @@ def test_the_wheel_is_pressed_in_front_of_its_lowest_point(driven):
     found = rim_stress(steady_loads(run.rim, run.history["time_s"]), SHAPE.radius_m, SHAPE.width_m)
     normal, theta = found.normal_stress_pa, found.theta_deg
     assert 0.0 < (normal * theta).sum() / normal.sum() < 45.0
-    pressed = normal > 0.1 * normal.max()  # elsewhere few grains touch, at the rim's edges, where a contact's normal is not radial
+    pressed = normal > 0.1 * normal.max()  # elsewhere what touches the edges counts, whose normals are not radial
     assert (np.abs(found.shear_stress_pa[pressed]) <= 1.05 * TEST.wheel_static_friction * normal[pressed]).all()
+    arms, forces = run.rim["arms_m"], run.rim["forces_n"]
+    tread = np.abs(arms[:, 1]) < 0.5 * SHAPE.width_m - 1e-6
+    radial = -(forces[:, [0, 2]] * arms[:, [0, 2]]).sum(axis=1) / np.hypot(arms[:, 0], arms[:, 2])
+    rubbing = np.sqrt(np.maximum((forces**2).sum(axis=1) - radial**2, 0.0))
+    widest = np.tan(np.arctan(TEST.wheel_static_friction) + np.radians(3.0))  # facets are less than 6 degrees wide
+    assert np.count_nonzero(tread) > 1000
+    assert (rubbing[tread] <= widest * np.abs(radial[tread])).all()  # a dashpot pulls a little as grains leave
     assert normal[np.abs(theta) > 100.0] == pytest.approx(0.0)
 
 
