@@ -331,7 +331,7 @@ def test_the_scatter_between_starts_stands_beside_the_difference():
 def test_settings_choose_the_runs():
     settings = {"impact_grains": [25_000, 50_000], "drum": "hard", "silo": "full"}
     found = variants(settings)
-    assert found["impact"] == [f"{n}_{k}" for n in (25_000, 50_000) for k in range(3)]
+    assert found["impact"] == [f"{n}_{k}" for n in (25_000, 50_000) for k in range(6)]
     assert (found["drum"], found["silo"]) == (["hard_0", "hard_1", "hard_2", "hard_beginning"], ["small_full", "large_full"])
     assert [packing_name(case, names[-1]) for case, names in found.items()] == [
         "penetration_50000", "drum_38000", "silo_large_full",

@@ -2,8 +2,8 @@
 
 OURS, LIGGGHTS = "virtual_soil", "liggghts"
 CODES = (OURS, LIGGGHTS)
-#: Places of the ball in m, 0.1 grain diameters from the centre, for the scatter of the impact.
-SHIFTS_M = ((0.0, 0.0), (2e-4, 0.0), (0.0, 2e-4))
+#: Places of the ball in m, at most 0.1 grain diameters from the centre, for the scatter of the impact.
+SHIFTS_M = ((0.0, 0.0), (2e-4, 0.0), (0.0, 2e-4), (-2e-4, 0.0), (0.0, -2e-4), (1e-4, 1e-4))
 #: Starts of the drum, for its scatter.
 DRUM_STARTS = 3
 #: The beginning of the drum at full stiffness, for its speed.
