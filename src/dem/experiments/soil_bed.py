@@ -23,9 +23,11 @@ from dem.experiments.surface import height_map, layer_solid_fraction
 
 LOG = logging.getLogger(__name__)
 
-#: The bed is at rest at this kinetic energy (see `dem.Simulation.is_static`); at the latest after a number of the loose column's
-#: free-fall times.
-SETTLED_ENERGY_RATIO, SETTLE_FALL_TIMES = 1e-6, 12.0
+#: The dropped grains lie at this kinetic energy (see `dem.Simulation.is_static`), at the latest after a number of free-fall times
+#: of the loose column. Below it the bed mostly rings as an elastic layer, by micrometres.
+SETTLED_ENERGY_RATIO, SETTLE_FALL_TIMES = 1e-4, 12.0
+#: With the grains' own friction the bed is at rest at this kinetic energy.
+REST_ENERGY_RATIO = 1e-5
 #: Free-fall times of the bed's depth that it is given after its grains have their own friction, at least and at most.
 REST_FALL_TIMES, LONGEST_REST = 1.0, 10.0
 #: Random velocity of the dropped grains over sqrt(g d). Without it the layers in which they are made arrive one by one and
@@ -193,8 +195,9 @@ def prepare(
 
     def ended(current: State) -> bool:
         simulation, notes = current.simulation, current.notes
-        waited = current.stage == "settle" or simulation.time_s - notes["released_s"] >= notes["rest_s"]
-        return waited and simulation.is_static(SETTLED_ENERGY_RATIO)
+        if current.stage == "settle":
+            return simulation.is_static(SETTLED_ENERGY_RATIO)
+        return simulation.time_s - notes["released_s"] >= notes["rest_s"] and simulation.is_static(REST_ENERGY_RATIO)
 
     look = looks(each, "fell through the floor of the bed")(ended)
     if state.stage == "settle":
