@@ -2,6 +2,8 @@
 
 import hashlib
 import json
+import os
+import signal
 
 import numpy as np
 import pandas as pd
@@ -140,14 +142,17 @@ def heap(name, status="static"):
 class Stand:
     """Simulates at once, fails where it should, and notes what it simulated."""
 
-    def __init__(self, failed=(), broken=(), killed=()):
-        self.failed, self.broken, self.killed, self.made = failed, broken, killed, []
+    def __init__(self, failed=(), broken=(), killed=(), asked=()):
+        self.failed, self.broken, self.killed, self.asked, self.made = failed, broken, killed, asked, []
 
     def __call__(self, row, settings, checkpoint):
         name = row["simulation_id"]
         if name in self.killed:
             raise SystemExit(143)
         self.made.append(name)
+        if name in self.asked:
+            with checkpoint.on_signals():  # a signal after the last look
+                os.kill(os.getpid(), signal.SIGTERM)
         if name in self.broken:
             raise KeyError("a bug")
         return heap(name, "failed" if name in self.failed else "static"), 1.5
@@ -195,6 +200,19 @@ def test_a_batch_that_was_killed_goes_on_after_its_last_finished_simulation(tmp_
     again = Stand()
     assert contents(run(tmp_path / "killed", "campaign", ids, again)) == undisturbed
     assert again.made == ids[3:]
+
+
+@pytest.mark.parametrize("asked", [2, 4])
+def test_a_batch_that_is_asked_to_end_after_a_simulations_last_look_ends_with_it_and_loses_nothing(asked, tmp_path, capsys):
+    ids = sorted(names(5))
+    undisturbed = contents(run(tmp_path / "undisturbed", "campaign", ids, Stand()))
+    first, again = Stand(asked=ids[asked : asked + 1]), Stand()
+    with pytest.raises(SystemExit) as ended:
+        run(tmp_path / "asked", "campaign", ids, first)
+    assert ended.value.code == 128 + signal.SIGTERM
+    assert f"SIGTERM: ends after simulation {ids[asked]}" in capsys.readouterr().out
+    assert contents(run(tmp_path / "asked", "campaign", ids, again)) == undisturbed
+    assert first.made + again.made == ids
 
 
 def test_a_fault_of_the_program_discards_no_sibling(tmp_path, capsys):

@@ -59,15 +59,23 @@ class Checkpoint:
 
     def keep(self, state: State) -> None:
         """Save the state at the saving interval. After a signal, or if Snakemake was killed, save at once and end the job."""
-        if os.getppid() != self.parent:  # Snakemake has ended: the job must not overlap with the next attempt
-            self.signal = signal.SIGHUP
-        if self.signal is None and time.monotonic() - self.saved < self.interval_s:
+        if self.asked() is None and time.monotonic() - self.saved < self.interval_s:
             return
         self.save(state)
         self.saved = time.monotonic()
-        if self.signal is not None:
-            print(f"{signal.Signals(self.signal).name}: ends at step {state.simulation.n_steps}, to go on from {self.path}")
-            raise SystemExit(128 + self.signal)
+        self.end_if_asked(f"at step {state.simulation.n_steps}, to go on from {self.path}")
+
+    def asked(self) -> int | None:
+        """Signal that asks the job to end; SIGHUP if Snakemake has ended: the job must not overlap with the next attempt."""
+        if os.getppid() != self.parent:
+            self.signal = signal.SIGHUP
+        return self.signal
+
+    def end_if_asked(self, where: str) -> None:
+        """End the job if it is asked to; where : what it has done, for the log."""
+        if (number := self.asked()) is not None:
+            print(f"{signal.Signals(number).name}: ends {where}")
+            raise SystemExit(128 + number)
 
     def save(self, state: State) -> None:
         """Save the state; if that fails, the simulation continues and the log reports it."""

@@ -110,7 +110,7 @@ def run_batch(
 
     Every finished simulation is kept in <checkpoints>/<id>/ until all files are written, so that no result is lost if the job ends
     early. After a program error in one simulation the others are still run; then the job fails, and its next attempt repeats only
-    the failed one.
+    the failed one. A signal ends the job, at the latest when its simulation is finished.
 
     Parameters
     ----------
@@ -139,6 +139,7 @@ def run_batch(
             broken.append(name)
         else:
             checkpoint.remove()
+        checkpoint.end_if_asked(f"after simulation {name}")  # by a signal that came after its last look
     if broken:
         raise RuntimeError(f"{len(broken)} of {len(members)} simulations broke off: {', '.join(broken)}; the others are kept.")
     for name in output.keys() - {"timing"}:
