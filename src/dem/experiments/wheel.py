@@ -21,8 +21,8 @@ from dem.experiments.soil_bed import TOOL_MATERIAL, SoilBed, warn
 from dem.experiments.state import State, steps_in
 from dem.experiments.wheel_setup import WheelShape, WheelTest, check, warnings_of
 
-#: Speed limit of the lowered wheel over sqrt(g R): 30 mm/s for a wheel of 58 mm on Earth.
-LOWERING_RATIO = 0.04
+#: Speed limit of the lowered wheel over sqrt(g R): 60 mm/s for a wheel of 58 mm on Earth.
+LOWERING_RATIO = 0.08
 #: The damper is taken away at this fraction of that speed, when the soil carries the rest of the load; at the latest after the time
 #: in which the wheel falls by LOWERING_RADII.
 CARRIED_RATIO, LOWERING_RADII = 0.1, 4.0

@@ -17,11 +17,11 @@ from virtual_soil.wheel.setups import press_test, refused, shape_of, soil_and_en
 #: Duration of a step over that of as many grains in heap or shear box. Under a tool: beds are larger than the caches, 25 to 34
 #: million grain-steps per second (docs/guides/wheel.md). While a bed falls and settles, its lists are rebuilt often: 18 to 31.
 TOOL_FACTOR, BED_FACTOR = 1.7, 3.0
-#: Time until dropped grains are at rest, in free-fall times of the loose column (2.4 to 3.4 of 3800 grains, the loosest beds last);
-#: then with their own friction, in those of the depth (1.05; 4.2 of a bed that settled with three times its friction).
-SETTLE_FALL_TIMES, REST_FALL_TIMES = 2.5, 1.1
-#: Way in radii that the wheel is lowered at its largest speed until the soil carries it.
-LOWERED_RADII = 0.35
+#: Time until dropped grains lie, in free-fall times of the loose column (1.4 to 2.0 of 15 889 grains, the loosest beds last);
+#: then with their own friction, in those of the depth (1.0; 2.2 to 2.6 of beds that settled with 1.4 to 4 times their friction).
+SETTLE_FALL_TIMES, REST_FALL_TIMES = 1.6, 1.6
+#: Way in radii that the wheel is lowered at its largest speed until the soil carries it (0.24 to 0.33 on three beds).
+LOWERED_RADII = 0.3
 #: Beginning of a tool's way above the bed's level, in mean grain diameters: on its highest grain.
 ABOVE_DIAMETERS = 1.0
 #: Halvings until a density is found, after the loosest and the densest column: from a range of 0.12 to 0.003 on either side.
