@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from dem import SimulationError
+from dem.experiments.state import State
 from virtual_soil.calibration.errors import CalibrationError
 from virtual_soil.campaign.resume import Checkpoint
 from virtual_soil.campaign.sections import Study
@@ -74,17 +75,17 @@ def lowered_on(bed, path, job=JOB):
 
 
 class Watched(Checkpoint):
-    """Remembers the stages at which the job could have saved its state."""
+    """Remembers stage and number of threads whenever the job could have saved its state."""
 
     def __init__(self, *arguments):
         super().__init__(*arguments)
-        self.stages = []
+        self.seen = []
 
     def keep(self, state):
-        self.stages.append(state.stage)
+        self.seen.append((state.stage, state.simulation._runner.threads))
 
 
-def test_a_run_that_breaks_off_has_a_reason_and_one_that_is_refused_ends_the_job(tmp_path):
+def test_a_run_that_breaks_off_has_a_reason_and_one_that_is_refused_ends_the_job(prepared, tmp_path):
     def failing(error):
         def run(**_):
             raise error
@@ -92,9 +93,10 @@ def test_a_run_that_breaks_off_has_a_reason_and_one_that_is_refused_ends_the_job
         return run
 
     checkpoint = Checkpoint(str(tmp_path / "run.npz"), 300, {})
-    assert recorded(failing(SimulationError("grains fell")), {}, checkpoint) == (None, "grains fell")
+    begin = lambda: State(bed_of(prepared[0]).simulation, "lower", 0)  # noqa: E731
+    assert recorded(failing(SimulationError("grains fell")), begin, {}, checkpoint) == (None, "grains fell")
     with pytest.raises(CalibrationError, match="wheel, plate or cone: depth_m is 1; allowed: 0.5"):
-        recorded(failing(ValueError("depth_m is 1; allowed: 0.5")), {}, checkpoint)
+        recorded(failing(ValueError("depth_m is 1; allowed: 0.5")), begin, {}, checkpoint)
 
 
 @pytest.mark.parametrize(("schema", "row"), [("wheel", wheel_row), ("press", press_row)])
@@ -124,15 +126,15 @@ def test_a_file_that_is_no_lowered_wheel_is_named(prepared):
         lowered_of(prepared[0])
 
 
-def test_an_interrupted_wheel_goes_on_with_the_same_numbers(prepared, tmp_path):
+def test_an_interrupted_wheel_goes_on_with_the_same_numbers_on_more_threads_too(prepared, tmp_path):
     (bed, _), saved = prepared, str(tmp_path / "run.npz")
     lowered = lowered_on(bed, str(tmp_path / "lowered.npz"))
     whole_row, whole = drive_wheel(JOB, "0.5", bed, lowered, Checkpoint(str(tmp_path / "other.npz"), 300, {}))
     with pytest.raises(SystemExit):
         drive_wheel(JOB, "0.5", bed, lowered, Interrupted(saved, 300, {"slip": "0.5"}))
-    resumed = Watched(saved, 300, {"slip": "0.5"})
+    resumed = Watched(saved, 300, {"slip": "0.5"}, 2)
     row, tables = drive_wheel(JOB, "0.5", bed, lowered, resumed)
-    assert set(resumed.stages) == {"travel"}
+    assert set(resumed.seen) == {("travel", 2)}
     assert (row["status"], row["n_steps"]) == ("done", whole_row["n_steps"])
     assert row["motor_work_j"] == whole_row["motor_work_j"]
     assert min(len(next(iter(columns.values()))) for columns in tables.values()) > 30

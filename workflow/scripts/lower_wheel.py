@@ -8,6 +8,7 @@ if __name__ == "__main__":
     log_to(snakemake.log[0])
     params = dict(snakemake.params.items())
     source = {"rule": snakemake.rule, **dict(snakemake.wildcards.items()), **params}
-    checkpoint = Checkpoint(params["checkpoint"], float(snakemake.resources.checkpoint_interval_s), source)
+    interval_s = float(snakemake.resources.checkpoint_interval_s)
+    checkpoint = Checkpoint(params["checkpoint"], interval_s, source, snakemake.threads)
     lower_wheel(params, snakemake.input.bed, snakemake.output.lowered, checkpoint)
     checkpoint.remove()

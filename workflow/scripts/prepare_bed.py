@@ -9,7 +9,8 @@ if __name__ == "__main__":
     wildcards, params = dict(snakemake.wildcards.items()), dict(snakemake.params.items())
     params["bed"] = with_preparation(params["bed"], snakemake.input.get("preparation") or None)
     source = {"rule": snakemake.rule, **wildcards, **params}
-    checkpoint = Checkpoint(params["checkpoint"], float(snakemake.resources.checkpoint_interval_s), source)
+    interval_s = float(snakemake.resources.checkpoint_interval_s)
+    checkpoint = Checkpoint(params["checkpoint"], interval_s, source, snakemake.threads)
     row = prepare_bed(params, int(wildcards["bed_seed"]), snakemake.output.bed, checkpoint)
     store_bed(wildcards, row, snakemake.output.row, source)
     checkpoint.remove()

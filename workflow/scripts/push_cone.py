@@ -8,7 +8,8 @@ if __name__ == "__main__":
     log_to(snakemake.log[0])
     wildcards, params = dict(snakemake.wildcards.items()), dict(snakemake.params.items())
     source = {"rule": snakemake.rule, **wildcards, **params}
-    checkpoint = Checkpoint(params["checkpoint"], float(snakemake.resources.checkpoint_interval_s), source)
+    interval_s = float(snakemake.resources.checkpoint_interval_s)
+    checkpoint = Checkpoint(params["checkpoint"], interval_s, source, snakemake.threads)
     done = push_cone(params, snakemake.input.bed, checkpoint)
     store(wildcards, *done, dict(snakemake.output.items()), "press", source)
     checkpoint.remove()

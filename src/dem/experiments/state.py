@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from dem import CheckpointError, Grains, Simulation, SimulationError, load_with_notes, save
+from dem import CheckpointError, Grains, Simulation, SimulationError, load_with_notes, packed, save, unpacked
 
 #: Steps between two looks, unless a test has its own rhythm.
 LOOK_STEPS = 500
@@ -43,6 +43,10 @@ class State:
             if keep is not None:
                 keep(self)
         return False
+
+    def with_threads(self, threads: int) -> "State":
+        """The same test on another number of threads; results do not depend on it."""
+        return replace(self, simulation=unpacked(packed(self.simulation), threads))
 
     def note_grains(self, name: str, grains: Grains) -> None:
         """Remember grains under a name."""

@@ -24,11 +24,11 @@ class Checkpoint:
     Parameters
     ----------
     path : the file; its folder is created. interval_s : seconds between two saves. identity : JSON-like, everything on which the
-        result depends; a file with another identity is not resumed.
+        result depends; a file with another identity is not resumed. threads : of the simulation; its result is the same on any.
     """
 
-    def __init__(self, path: str, interval_s: float, identity: dict):
-        self.path, self.interval_s = Path(path), interval_s
+    def __init__(self, path: str, interval_s: float, identity: dict, threads: int = 1):
+        self.path, self.interval_s, self.threads = Path(path), interval_s, threads
         self.identity = json.dumps(identity, sort_keys=True)
         self.earlier_s = 0.0
         self.begun = self.saved = time.monotonic()

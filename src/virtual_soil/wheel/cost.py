@@ -14,9 +14,9 @@ from virtual_soil.campaign import cost
 from virtual_soil.campaign.experiments.common import loose_column_m, time_step_s
 from virtual_soil.wheel.setups import press_test, refused, shape_of, soil_and_engine, test_of
 
-#: Duration of a step over that of as many grains in heap or shear box. Under a tool: beds are larger than the caches, 25 to 34
-#: million grain-steps per second (docs/guides/wheel.md). While a bed falls and settles, its lists are rebuilt often: 18 to 31.
-TOOL_FACTOR, BED_FACTOR = 1.7, 3.0
+#: Duration of a step over that of as many grains in heap or shear box: under a tool, and while a bed falls and settles. Beds are
+#: larger than the caches. From 93 jobs of `wheel_spread`, two side by side (docs/guides/cluster.md).
+TOOL_FACTOR, BED_FACTOR = 1.35, 1.3
 #: Time until dropped grains lie, in free-fall times of the loose column (1.4 to 2.0 of 15 889 grains, the loosest beds last);
 #: then with their own friction, in those of the depth (1.0; 2.2 to 2.6 of beds that settled with 1.4 to 4 times their friction).
 SETTLE_FALL_TIMES, REST_FALL_TIMES = 1.6, 1.6

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -47,15 +48,15 @@ WHEEL_HISTORY = (
 PRESS_HISTORY = ("time_s", "depth_m", "force_n", "pressure_pa", "kinetic_energy_j", "overlap_ratio")
 
 
-def recorded(run: Callable, stages: dict[str, Stage], checkpoint: Checkpoint, begin: State | None = None) -> tuple[Any, str]:
+def recorded(run: Callable, begin: Callable[[], State], stages: dict[str, Stage], checkpoint: Checkpoint) -> tuple[Any, str]:
     """Run a test, resuming its checkpoint if there is one; returns (result, ""), or (None, reason) if the simulation broke off.
 
-    begin : state in which the test begins without a checkpoint. Raises CalibrationError if the engine refuses the test. Ends the
+    begin() : the test at its beginning, without a checkpoint. Raises CalibrationError if the engine refuses the test. Ends the
     job after a signal.
     """
-    state = checkpoint.state() or begin
     try:
         with checkpoint.on_signals(), refused("wheel, plate or cone"):
+            state = (checkpoint.state() or begin()).with_threads(checkpoint.threads)
             return run(each=Progress(stages), state=state, keep=checkpoint.keep), ""
     except (SimulationError, FloatingPointError) as error:
         print(f"broke off: {error}")
@@ -69,7 +70,8 @@ def prepare_bed(job: dict, seed: int, path: str, checkpoint: Checkpoint) -> dict
     """
     soil, engine = soil_and_engine(job)
     setup = Setup(**job["bed"])
-    bed, reason = recorded(lambda **more: soil_bed.prepare(soil, setup, engine, seed, **more), BED_STAGES, checkpoint)
+    of_bed = (soil, setup, engine, seed)
+    bed, reason = recorded(partial(soil_bed.prepare, *of_bed), partial(soil_bed.start, *of_bed), BED_STAGES, checkpoint)
     if bed is None:
         raise InputError(f"The bed of seed {seed} broke off: {reason}")
     with writing(path):
@@ -136,7 +138,8 @@ def lower_wheel(job: dict, bed_path: str, path: str, checkpoint: Checkpoint) -> 
     """
     soil, _ = soil_and_engine(job)
     bed, shape, test = bed_of(bed_path), shape_of(job["wheel"]), lowering_of(job["wheel"])
-    state, reason = recorded(lambda **more: wheel.lower(bed, soil, shape, test, **more), WHEEL_STAGES, checkpoint)
+    of_wheel = (bed, soil, shape, test)
+    state, reason = recorded(partial(wheel.lower, *of_wheel), partial(wheel.start, *of_wheel), WHEEL_STAGES, checkpoint)
     if state is None:
         state = wheel.start(bed, soil, shape, test)
         state.begin(BROKE_OFF, 0)
@@ -163,7 +166,7 @@ def drive_wheel(job: dict, name: str, bed_path: str, lowered_path: str, checkpoi
     if lowered.stage == BROKE_OFF:
         run, reason = None, lowered.notes["reason"]
     else:
-        run, reason = recorded(lambda **more: wheel.drive(bed, soil, shape, test, **more), WHEEL_STAGES, checkpoint, lowered)
+        run, reason = recorded(partial(wheel.drive, bed, soil, shape, test), lambda: lowered, WHEEL_STAGES, checkpoint)
     slip = slip_named(name)
     asked = {"held": test.held, "asked_slip": math.nan if slip is None else slip, "radius_m": shape.radius_m}
     rolling = soil.rolling_friction if test.wheel_rolling_friction is None else test.wheel_rolling_friction
@@ -217,7 +220,8 @@ def push_cone(job: dict, path: str, checkpoint: Checkpoint) -> tuple[dict, dict[
 def pressed(tool, test, soil, path: str, checkpoint: Checkpoint) -> tuple[dict, dict[str, dict]]:
     """Press a tool into the bed of a file."""
     bed = bed_of(path)
-    run, reason = recorded(lambda **more: penetration.press(bed, soil, tool, test, **more), PRESS_STAGES, checkpoint)
+    of_tool = (bed, soil, tool, test)
+    run, reason = recorded(partial(penetration.press, *of_tool), partial(penetration.start, *of_tool), PRESS_STAGES, checkpoint)
     size = {
         "diameter_m": tool.diameter_m,
         "area_m2": tool.area_m2,
