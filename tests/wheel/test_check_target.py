@@ -61,7 +61,7 @@ def test_a_bed_of_finer_grains_asks_for_more_memory(study):
     kernels.parent.mkdir(parents=True, exist_ok=True)
     kernels.touch()
     cluster = ("--executor", "cluster-generic", "--cluster-generic-submit-cmd", SUBMIT, "--jobs", "9", "--keep-going")
-    snakemake(study, *cluster, "check_wheel_soil", wheel_check=NONE | {"finer_grains_factor": 3.0, "bed_seeds": [1]})
+    snakemake(study, *cluster, "check_wheel_soil", wheel_check=NONE | {"finer_grains_factor": 4.0, "bed_seeds": [1]})
     asked = dict(line.split(" ", 1) for line in (study / "asked.txt").read_text().splitlines())
     (minutes, memory), (more_minutes, more_memory) = (
         map(int, asked[rule].split()) for rule in ("prepare_bed", "prepare_changed_bed")
