@@ -92,8 +92,10 @@ def test_a_run_that_breaks_off_has_a_reason_and_one_that_is_refused_ends_the_job
 
         return run
 
+    def begin():
+        return State(bed_of(prepared[0]).simulation, "lower", 0)
+
     checkpoint = Checkpoint(str(tmp_path / "run.npz"), 300, {})
-    begin = lambda: State(bed_of(prepared[0]).simulation, "lower", 0)  # noqa: E731
     assert recorded(failing(SimulationError("grains fell")), begin, {}, checkpoint) == (None, "grains fell")
     with pytest.raises(CalibrationError, match="wheel, plate or cone: depth_m is 1; allowed: 0.5"):
         recorded(failing(ValueError("depth_m is 1; allowed: 0.5")), begin, {}, checkpoint)
