@@ -12,6 +12,8 @@ STRIDE = 16
 #: The contacts of each surface begin at a multiple of this, a cache line of float32: no vector of them straddles two.
 LINE = 16
 
+U_PLACE, U_RADIUS, U_MOTION, U_INVERSE_MASS = (np.uint64(value) for value in (PLACE, RADIUS, MOTION, INVERSE_MASS))
+
 #: Rows of a block of pairs before `finish_block`: radii (r_j = 0 stands for a wall, flat and infinitely heavy) and the sum of the
 #: inverse masses. The pair table's columns follow.
 R_I, R_J, INVERSE_MASSES, RAW = range(4)
@@ -57,6 +59,23 @@ def load_pair(raw, q, pair, radii, inverse_masses, laws):
     raw[INVERSE_MASSES * BLOCK + q] = inverse_masses
     for t in range(width_of_pairs(laws)):
         raw[(RAW + t) * BLOCK + q] = pair[t]
+
+
+@lean_jit
+def load_pairs(first, second, grains, material, model, raw):
+    """As `load_pair`, of the pairs of grains first and second (n,); column by column, as that is vector code."""
+    place, remainder, table, n_materials = grains.place, grains.remainder, model.pair_table, np.uint64(model.n_materials)
+    for q in range(first.shape[0]):
+        i, j = np.uint64(first[q]), np.uint64(second[q])
+        raw[R_I * BLOCK + q] = place[i * U_PLACE + U_RADIUS]
+        raw[R_J * BLOCK + q] = place[j * U_PLACE + U_RADIUS]
+        inverse_mass = remainder[i * U_MOTION + U_INVERSE_MASS] + remainder[j * U_MOTION + U_INVERSE_MASS]
+        raw[INVERSE_MASSES * BLOCK + q] = inverse_mass
+    for t in range(width_of_pairs(model.laws)):
+        column = raw[(RAW + t) * BLOCK :]
+        for q in range(first.shape[0]):
+            i, j = np.uint64(first[q]), np.uint64(second[q])
+            column[q] = table[np.uint64(material[i]) * n_materials + np.uint64(material[j]), t]
 
 
 @lean_jit

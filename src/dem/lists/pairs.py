@@ -12,7 +12,7 @@ import numpy as np
 
 from dem.jit import jit, lean_jit, strict_inline_jit, strict_jit
 from dem.layout import BLOCK, INVERSE_MASS, MOTION, PLACE, RADIUS, Period, U, Y, Z
-from dem.lists.blocks import finish_block, interleave, load_pair, raw_blocks
+from dem.lists.blocks import finish_block, interleave, load_pairs, raw_blocks
 from dem.lists.grid import (
     cell_size,
     cells_of,
@@ -28,8 +28,9 @@ from dem.lists.slabs import cut_slabs, used_slabs
 
 #: Cells are wider than the cutoff of common grains, so that rounding makes none of these a large one.
 WIDER = 1.0 + 1e-9
-#: From this number of grains on cells are as wide as the largest cutoff, if that is at most this many times the usual one: slabs
-#: are then a cell thick, and so many that steps are fused (`dem.step.schedule`).
+#: From this number of grains on cells are this many times as wide as usual where the largest cutoff is wider, if that is enough:
+#: slabs are then a cell thick, and so many that steps are fused (`dem.step.schedule`). It is one width, whatever the fastest grain
+#: does, as grains lie in memory in the order of the cells.
 WIDE_FROM, WIDEST = 72_000, 1.25
 #: Cost of a search through neighbouring cells as wide as the cutoff of common grains, over that of as many grains' far pairs:
 #: 16 ns a grain and 0.5 us in 38 000 grains of sizes 2 : 1 (the bulk benchmarks' drum). Widths are tried in steps of WIDENING.
@@ -127,8 +128,10 @@ def cell_of(grains, allowances, reach_m, usual):
     """Edge of a cell in m, at which the search costs least: from the cutoff of common grains (`cell_size`) to the largest one."""
     n, fine = allowances.shape[0], WIDER * cell_size(grains, 2.0 * usual + reach_m)
     wide = WIDER * (2.0 * farthest(grains, allowances) + reach_m)
-    if wide <= fine or (n >= WIDE_FROM and wide <= WIDEST * fine):
-        return max(fine, wide)
+    if wide <= fine:
+        return fine
+    if n >= WIDE_FROM and wide <= WIDEST * fine:
+        return WIDEST * fine
     best, lowest = wide, NEAR_COST * (wide / fine) ** 3
     cell = fine
     while cell < wide:
@@ -283,16 +286,10 @@ def prune_slab(s, state, lists, model):
 @jit
 def load_constants(m, state, slots, constants, model):
     """Fill the constants of m contacts of a slab."""
-    grains, material = state.grains, state.material
     raw = raw_blocks(1, constants, model.laws)[0]
     for k0 in range(0, m, BLOCK):
         n = min(BLOCK, m - k0)
-        for q in range(n):
-            i, j = slots.first[k0 + q], slots.second[k0 + q]
-            pair = model.pair_table[material[i] * model.n_materials + material[j]]
-            inverse_masses = grains.remainder[MOTION * i + INVERSE_MASS] + grains.remainder[MOTION * j + INVERSE_MASS]
-            radii = (grains.place[PLACE * i + RADIUS], grains.place[PLACE * j + RADIUS])
-            load_pair(raw, q, pair, radii, inverse_masses, model.laws)
+        load_pairs(slots.first[k0 : k0 + n], slots.second[k0 : k0 + n], state.grains, state.material, model, raw)
         finish_block(raw, constants[k0 // BLOCK], n, model.laws)
 
 
