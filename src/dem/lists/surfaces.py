@@ -1,12 +1,14 @@
 """Grains near surfaces: outer list and contacts, as for pairs."""
 
+import numpy as np
+
 from dem.bodies import separation
 from dem.jit import inline_jit, jit, lean_jit, strict_jit
 from dem.layout import BLOCK, INVERSE_MASS, MOTION, PLACE, RADIUS, GrainArrays
 from dem.lists.blocks import LINE, finish_block, load_pair, raw_blocks
 from dem.lists.history import load_history
 from dem.lists.slabs import slab_numbers
-from dem.meshes.contacts import list_near, list_patches, triangles_near
+from dem.meshes.contacts import TOO_MANY, find_behind, has_space, list_patches, note_triangles, triangles_near
 from dem.shapes import MESH
 
 
@@ -73,42 +75,46 @@ def surface_of(rigid, key):
 
 
 @inline_jit
-def is_near(i, key, grains, surfaces, rigid, images, cutoff):
-    """True if grain i is within a cutoff of a surface or a patch."""
+def count_near(i, key, grains, surfaces, rigid, images, cutoff, near, m):
+    """Number of triangles of a patch within a cutoff of grain i, entered in near.triangle from m on; of another surface 1 or 0."""
     if rigid is None:
-        return is_near_shape(i, key, grains, surfaces, cutoff)
+        return is_near(i, key, grains, surfaces, cutoff)
     else:  # noqa: RET505  # see `list_surface`
-        return is_near_any(i, key, grains, surfaces, rigid, images, cutoff)
+        return count_near_any(i, key, grains, surfaces, rigid, images, cutoff, near, m)
 
 
 @lean_jit
-def is_near_shape(i, w, grains, surfaces, cutoff):
-    """As `is_near`, for a surface that is no mesh."""
+def is_near(i, w, grains, surfaces, cutoff):
+    """1 if grain i is within a cutoff of a surface that is no mesh, else 0."""
     x, y, z = separation(grains.place, PLACE * i, surfaces, w)
-    return x * x + y * y + z * z < cutoff * cutoff
+    return int(x * x + y * y + z * z < cutoff * cutoff)
 
 
 @lean_jit
-def is_near_any(i, key, grains, surfaces, rigid, images, cutoff):
-    """As `is_near`, where there may be meshes."""
+def count_near_any(i, key, grains, surfaces, rigid, images, cutoff, near, m):
+    """As `count_near`, where there may be meshes."""
     w = rigid.triangles.surface[key]
     if surfaces.kind[w] == MESH:
-        none = rigid.grid.listed[:0]
-        return triangles_near(i, key, rigid, surfaces.body[w], grains, images, cutoff, none, 0) > 0
-    return is_near_shape(i, w, grains, surfaces, cutoff)
+        return triangles_near(i, key, rigid, surfaces.body[w], grains, images, cutoff, near.triangle, m)
+    return is_near(i, w, grains, surfaces, cutoff)
 
 
 @jit
 def prune_surfaces(state, surfaces, rigid, lists, cutoff, model, near):
     """Copy every outer entry closer than within[i] + cutoff into contact blocks, slab by slab and there surface by surface.
 
-    Grains count where they got their inner allowances. near : working memory for meshes. Returns what
-    `dem.meshes.contacts.list_near` returns.
+    Grains count where they got their inner allowances. near : working memory for meshes, which gets the triangles within that
+    distance. Returns LISTED, TOO_MANY if there is no space for these (and no contact then), or GRAIN_BEHIND; see
+    `dem.meshes.contacts`.
     """
-    outer, contacts = lists.surfaces.outer, lists.surfaces.contacts
-    slab_of = slab_numbers(lists.pairs.outer)
+    outer, contacts, images = lists.surfaces.outer, lists.surfaces.contacts, model.access.images
     grains = GrainArrays(lists.place, state.grains.motion, state.grains.remainder)
-    total = place_contacts(grains, surfaces, rigid, model.access.images, lists, slab_of, cutoff)
+    n_near = np.empty(outer.row[-1, 1] if outer.row.shape[0] else 0, np.int64)
+    slab_of = slab_numbers(lists.pairs.outer)
+    if not count_contacts(grains, surfaces, rigid, images, lists, slab_of, cutoff, near, n_near):
+        contacts.count[:] = 0
+        return TOO_MANY
+    total = place_contacts(surfaces, rigid, lists.surfaces, slab_of, near, n_near)
     n_blocks = (total + BLOCK - 1) // BLOCK
     raw = raw_blocks(n_blocks, contacts.constants, model.laws)
     for part in range(contacts.count.shape[0]):
@@ -116,36 +122,51 @@ def prune_surfaces(state, surfaces, rigid, lists, cutoff, model, near):
         load_history(part, contacts, outer.history)
     for k in range(n_blocks):
         finish_block(raw[k], contacts.constants[k], min(BLOCK, total - k * BLOCK), model.laws)
-    return list_near(rigid, surfaces, grains, model.access.images, lists.within, cutoff, contacts, near)
+    return find_behind(rigid, surfaces, grains, images, contacts, near)
+
+
+@lean_jit
+def part_number(i, w, surfaces, slab_of):
+    """Part of the contacts in which grain i touches surface w; slab_of : see `dem.lists.slabs.slab_numbers`."""
+    return w + surfaces.kind.shape[0] * slab_of[i] if slab_of.shape[0] else w
 
 
 @jit
-def place_contacts(grains, surfaces, rigid, images, lists, slab_of, cutoff):
-    """Fill the contacts' numbers in every part: first count, then place them. Returns the number of entries, gaps included.
+def count_contacts(grains, surfaces, rigid, images, lists, slab_of, cutoff, near, n_near):
+    """Count the contacts of every part, and what `count_near` counts for every entry; False if `near` has too little space."""
+    outer, contacts, m = lists.surfaces.outer, lists.surfaces.contacts, 0
+    contacts.count[:] = 0
+    for k in range(n_near.shape[0]):
+        i, key = outer.owner[k], outer.partner[k]
+        n_near[k] = count_near(i, key, grains, surfaces, rigid, images, lists.within[i] + cutoff, near, m)
+        if n_near[k] > 0:
+            w = surface_of(rigid, key)
+            contacts.count[part_number(i, w, surfaces, slab_of)] += 1
+            m += n_near[k] if surfaces.kind[w] == MESH else 0
+    return has_space(near, m)
 
-    slab_of : see `dem.lists.slabs.slab_numbers`.
-    """
-    outer, contacts = lists.surfaces.outer, lists.surfaces.contacts
-    n_surfaces, n_entries = surfaces.kind.shape[0], outer.row[-1, 1] if outer.row.shape[0] else 0
+
+@jit
+def place_contacts(surfaces, rigid, neighbours, slab_of, near, n_near):
+    """Fill the contacts' numbers in every part, after `count_contacts`. Returns the number of entries, gaps included."""
+    outer, contacts = neighbours.outer, neighbours.contacts
     begin, count = contacts.begin, contacts.count
-    total = 0
-    for step in range(2):
-        if step == 1:
-            for part in range(count.shape[0]):
-                begin[part] = total
-                total += (count[part] + LINE - 1) // LINE * LINE
-        count[:] = 0
-        for k in range(n_entries):
+    total, m = 0, 0
+    for part in range(count.shape[0]):
+        begin[part] = total
+        total += (count[part] + LINE - 1) // LINE * LINE
+    count[:] = 0
+    for k in range(n_near.shape[0]):
+        if n_near[k] > 0:
             i, key = outer.owner[k], outer.partner[k]
-            if is_near(i, key, grains, surfaces, rigid, images, lists.within[i] + cutoff):
-                w = surface_of(rigid, key)
-                part = w + n_surfaces * slab_of[i] if slab_of.shape[0] else w
-                if step == 1:
-                    m = begin[part] + count[part]
-                    contacts.first[m] = i
-                    contacts.second[m] = key
-                    contacts.slot[m] = k
-                count[part] += 1
+            w = surface_of(rigid, key)
+            part = part_number(i, w, surfaces, slab_of)
+            q = begin[part] + count[part]
+            contacts.first[q], contacts.second[q], contacts.slot[q] = i, key, k
+            count[part] += 1
+            if surfaces.kind[w] == MESH:
+                note_triangles(near, q, m, n_near[k])
+                m += n_near[k]
     return total
 
 

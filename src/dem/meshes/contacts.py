@@ -16,12 +16,12 @@ from dem.jit import apart_jit, inline_jit, lean_jit
 from dem.layout import BLOCK as B
 from dem.layout import PLACE
 from dem.meshes.search import cell_of
-from dem.meshes.triangles import nearest_on_triangle
+from dem.meshes.triangles import is_farther, nearest_from, over_face
 from dem.poses import from_pivot, to_body, to_space
 from dem.shapes import MESH, separate
 from dem.shapes.wall import store
 
-#: Reasons of `list_near`.
+#: What `find_behind` returns, or `dem.lists.surfaces.prune_surfaces`.
 LISTED, TOO_MANY, GRAIN_BEHIND = range(3)
 
 #: A dropped contact is moved to this distance, in radii of the grain, where nothing touches.
@@ -76,8 +76,7 @@ def list_patches(i, w, rigid, body, grains, images, cutoff, outer, m):
         t = grid.listed[k]
         if m > begin and outer.partner[m - 1] == triangles.patch[t]:
             continue
-        _, _, _, d2, _ = nearest_on_triangle(triangles.values[t], triangles.feature[t], x, y, z)
-        if d2 < cutoff * cutoff:
+        if is_within(triangles.values[t], triangles.feature[t], x, y, z, cutoff * cutoff):
             m = insert(i, triangles.patch[t], begin, m, outer)
             if m < 0:
                 return -1
@@ -103,49 +102,61 @@ def insert(i, key, begin, m, outer):
 @lean_jit
 def triangles_near(i, key, rigid, body, grains, images, cutoff, listed, m):
     """Number of triangles of a patch within a cutoff of grain i; they are entered in `listed` from m on, as far as it goes."""
-    grid, triangles, n = rigid.grid, rigid.triangles, 0
+    grid, triangles, n, most = rigid.grid, rigid.triangles, 0, cutoff * cutoff
     x, y, z = in_frame(rigid, body, grains.place, PLACE * i, images)
     cell = cell_of(grid, triangles.surface[key], x, y, z)
     if cell >= 0:
         for k in range(grid.start[cell], grid.start[cell + 1]):
             t = grid.listed[k]
-            if triangles.patch[t] == key:
-                _, _, _, d2, _ = nearest_on_triangle(triangles.values[t], triangles.feature[t], x, y, z)
-                if d2 < cutoff * cutoff:
-                    if m + n < listed.shape[0]:
-                        listed[m + n] = t
-                    n += 1
+            if triangles.patch[t] == key and is_within(triangles.values[t], triangles.feature[t], x, y, z, most):
+                if m + n < listed.shape[0]:
+                    listed[m + n] = t
+                n += 1
     return n
 
 
 @inline_jit
-def list_near(rigid, surfaces, grains, images, within, cutoff, contacts, near):
-    """List the triangles within within[i] + cutoff of every contact with a mesh. rigid : None, or `dem.poses.Rigid`.
+def is_within(v, feature, x, y, z, square):
+    """True if the square of a triangle's distance from a point is below `square` (m^2)."""
+    height, within, inside = over_face(v, x, y, z)
+    if is_farther(height, within, inside, square):
+        return False
+    _, _, _, d2, _ = nearest_from(v, feature, x, y, z, height, within, inside)
+    return d2 < square
 
-    Returns LISTED, TOO_MANY if the list of triangles is too short, or GRAIN_BEHIND if a grain's centre is behind a solid's surface.
-    """
-    if rigid is None:
-        return 0
+
+@inline_jit
+def has_space(near, m):
+    """True if there is space for m triangles near all grains. near : None, or `Near`."""
+    if near is None:
+        return True
     else:  # noqa: RET505  # numba prunes the branch of a missing type only in this form
-        return list_all(rigid, surfaces, grains, images, within, cutoff, contacts, near)
+        return m <= near.triangle.shape[0]
+
+
+@inline_jit
+def note_triangles(near, q, m, n):
+    """Note that the n triangles from m on are those of contact q with a mesh."""
+    if near is not None:
+        near.begin[q], near.end[q], near.closest[q] = m, m + n, near.triangle[m]
+
+
+@inline_jit
+def find_behind(rigid, surfaces, grains, images, contacts, near):
+    """Return LISTED, or GRAIN_BEHIND if a grain's centre is behind a solid's surface. rigid : None, or `dem.poses.Rigid`."""
+    if rigid is None:
+        return LISTED
+    else:  # noqa: RET505  # see `has_space`
+        return find_behind_any(rigid, surfaces, grains, images, contacts, near)
 
 
 @lean_jit
-def list_all(rigid, surfaces, grains, images, within, cutoff, contacts, near):
-    """As `list_near`."""
-    m, n_surfaces = 0, surfaces.kind.shape[0]
+def find_behind_any(rigid, surfaces, grains, images, contacts, near):
+    """As `find_behind`."""
+    n_surfaces = surfaces.kind.shape[0]
     for part in range(contacts.count.shape[0]):
         w = part % n_surfaces
-        if surfaces.kind[w] != MESH:
-            continue
-        for q in range(contacts.begin[part], contacts.begin[part] + contacts.count[part]):
-            i, key = contacts.first[q], contacts.second[q]
-            near.begin[q] = m
-            m += triangles_near(i, key, rigid, surfaces.body[w], grains, images, within[i] + cutoff, near.triangle, m)
-            near.end[q] = m
-            if m > near.triangle.shape[0]:
-                return TOO_MANY
-        if rigid.triangles.solid[w] > 0:
+        if surfaces.kind[w] == MESH and rigid.triangles.solid[w] > 0:
             locate_part(part, w, rigid, surfaces.body[w], grains, contacts, near, images)
             if finds_behind(part, rigid, surfaces.body[w], contacts, near):
                 return GRAIN_BEHIND
@@ -186,12 +197,22 @@ def locate_part(part, w, rigid, body, grains, contacts, near, images):
 
 @inline_jit
 def locate(q, rigid, body, near, x, y, z):
-    """Find the nearest point of contact q's patch to (x, y, z) in the body's frame."""
-    triangles = rigid.triangles
+    """Find the nearest point of contact q's patch to (x, y, z) in the body's frame.
+
+    Most triangles are farther than the one that was nearest before. Which of them is does not change the result.
+    """
+    values, feature, before = rigid.triangles.values, rigid.triangles.feature, near.closest[q]
+    height, within, inside = over_face(values[before], x, y, z)
+    bx, by, bz, most, at = nearest_from(values[before], feature[before], x, y, z, height, within, inside)
     sx, sy, sz, square = 0.0, 0.0, 0.0, 1e300
     for k in range(near.begin[q], near.end[q]):
         t = near.triangle[k]
-        px, py, pz, p2, where = nearest_on_triangle(triangles.values[t], triangles.feature[t], x, y, z)
+        px, py, pz, p2, where = bx, by, bz, most, at
+        if t != before:
+            height, within, inside = over_face(values[t], x, y, z)
+            if is_farther(height, within, inside, most):
+                continue
+            px, py, pz, p2, where = nearest_from(values[t], feature[t], x, y, z, height, within, inside)
         if p2 < square:
             sx, sy, sz, square = px, py, pz, p2
             near.closest[q], near.where[q] = t, where

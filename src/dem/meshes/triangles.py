@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.jit import exact_jit, strict_jit
+from dem.jit import exact_jit, strict_inline_jit, strict_jit
 from dem.meshes.topology import Topology, pseudo_normals, topology_of
 
 #: Columns of a triangle: first corner, normal; then per edge: start, direction, end, inverse square of its length, direction into
@@ -21,6 +21,10 @@ COLUMNS = EDGES + 3 * EDGE
 
 #: Smooth seams: share of an edge's length by which faces overlap, so that a seam's rounding does not show.
 SEAM = 1e-9
+
+#: Where rounding does not matter: a point farther inside all edges than this share of its height is nearest to the face; a square
+#: that is larger by this share is larger.
+FAR_INSIDE, ROUNDING = 1e-4, 1e-9
 
 #: Where a nearest point lies: in the face, on edge k (ON_EDGE + k), in corner k.
 IN_FACE, ON_EDGE, IN_CORNER = 0, 1, 4
@@ -138,13 +142,41 @@ def nearest_on_triangle(v, feature, x, y, z):
 
     v (COLUMNS,), feature (6,) : of the triangle.
     """
+    height, within, inside = over_face(v, x, y, z)
+    return nearest_from(v, feature, x, y, z, height, within, inside)
+
+
+@strict_inline_jit
+def over_face(v, x, y, z):
+    """Height in m of a point over a triangle's plane, way in m to its nearest edge's line, below 0 beyond one; True if inside."""
+    within, inside = np.inf, True
+    for k in range(3):
+        o = EDGES + k * EDGE
+        px, py, pz = x - v[o + START], y - v[o + START + 1], z - v[o + START + 2]
+        way = px * v[o + INWARDS] + py * v[o + INWARDS + 1] + pz * v[o + INWARDS + 2]
+        inside &= way >= v[o + SLACK]
+        within = min(within, way)
+    height = (x - v[CORNER]) * v[NORMAL] + (y - v[CORNER + 1]) * v[NORMAL + 1] + (z - v[CORNER + 2]) * v[NORMAL + 2]
+    return height, within, inside
+
+
+@strict_inline_jit
+def is_farther(height, within, inside, square):
+    """True if a triangle is farther from a point than the root of `square` (m^2), by what `over_face` tells of the two."""
+    return not inside and height * height + within * within > square * (1.0 + ROUNDING)
+
+
+@strict_inline_jit
+def nearest_from(v, feature, x, y, z, height, within, inside):
+    """As `nearest_on_triangle`; the last three by `over_face`."""
+    nx, ny, nz = v[NORMAL], v[NORMAL + 1], v[NORMAL + 2]
+    if within > FAR_INSIDE * abs(height):
+        return height * nx, height * ny, height * nz, height * height, IN_FACE
     sx, sy, sz, d2, where = 0.0, 0.0, 0.0, np.inf, ON_EDGE
-    inside = True
     for k in range(3):
         o = EDGES + k * EDGE
         px, py, pz = x - v[o + START], y - v[o + START + 1], z - v[o + START + 2]
         t = (px * v[o + ALONG] + py * v[o + ALONG + 1] + pz * v[o + ALONG + 2]) * v[o + INVERSE]
-        inside &= px * v[o + INWARDS] + py * v[o + INWARDS + 1] + pz * v[o + INWARDS + 2] >= v[o + SLACK]
         at = ON_EDGE + k
         if t >= 1.0:
             px, py, pz = x - v[o + END], y - v[o + END + 1], z - v[o + END + 2]
@@ -156,12 +188,9 @@ def nearest_on_triangle(v, feature, x, y, z):
         p2 = px * px + py * py + pz * pz
         if p2 < d2:
             sx, sy, sz, d2, where = px, py, pz, p2, at
-    if inside:
-        nx, ny, nz = v[NORMAL], v[NORMAL + 1], v[NORMAL + 2]
-        h = (x - v[CORNER]) * nx + (y - v[CORNER + 1]) * ny + (z - v[CORNER + 2]) * nz
-        h2 = h * h
-        if h2 < d2 or feature[where - 1] < 0:
-            sx, sy, sz, d2, where = h * nx, h * ny, h * nz, h2, IN_FACE
+    h2 = height * height
+    if inside and (h2 < d2 or feature[where - 1] < 0):
+        sx, sy, sz, d2, where = height * nx, height * ny, height * nz, h2, IN_FACE
     return sx, sy, sz, d2, where
 
 

@@ -121,7 +121,7 @@ def advance(state, scene, lists, model, scratch, limits, outputs):
         if plan.moves:
             carry(run)
         done += plan.n_steps
-        if pace[BODY_SPEED] > limits.speed or is_too_fast(run, pace, limits):
+        if pace[BODY_SPEED] > limits.speed or is_too_fast(run, limits):
             reason = BLEW_UP
             break
     save_all(lists, scratch.threads)
@@ -237,11 +237,14 @@ def choose_again(run, pace):
 
 
 @lean_jit
-def is_too_fast(run, pace, limits):
-    """True if a grain moves faster than limits.speed; looks at each only where the bound does not tell."""
-    if pace[RATE] * MOST_INNER * limits.allowance <= limits.speed * run.model.step_s:
-        return False
-    return fastest_grain(run.state.grains) > limits.speed
+def is_too_fast(run, limits):
+    """True if a grain moves faster than limits.speed; looks at those of slabs whose bound does not tell."""
+    outer, rate = run.lists.pairs.outer, run.scratch.rate
+    for s in range(used_slabs(outer.slab)):
+        if not rate[s] * MOST_INNER * limits.allowance <= limits.speed * run.model.step_s:
+            if fastest_grain(run.state.grains, outer.order[outer.slab[s] : outer.slab[s + 1]]) > limits.speed:
+                return True
+    return False
 
 
 @inline_jit
@@ -387,7 +390,7 @@ def prune_at_surfaces(run, pace, skin):
 
 @inline_jit
 def reason_of(rigid, listed):
-    """Reason for the end, by what `dem.meshes.contacts.list_near` found. rigid : None, or `dem.poses.Rigid`."""
+    """Reason for the end, by what `dem.lists.surfaces.prune_surfaces` found. rigid : None, or `dem.poses.Rigid`."""
     if rigid is None:
         return FINISHED
     else:  # noqa: RET505  # numba prunes the branch of a missing type only in this form
