@@ -7,6 +7,7 @@ import dem
 from dem.layout import PLACE, RADIUS
 from dem.lists import pairs, slabs
 from dem.runner import Runner
+from dem.simulation import SORT_STEPS
 from dem.step import loop
 
 RADIUS_M = 1e-3
@@ -149,3 +150,12 @@ def test_grains_that_are_hit_meet_others_though_the_lists_were_made_earlier(befo
     moved = np.linalg.norm(found[0] - places, axis=1)
     assert np.count_nonzero(moved > 0.1 * RADIUS_M) > 5
     assert np.abs(found[0] - found[1]).max() < 1e-4 * RADIUS_M
+
+
+def test_grains_lie_in_memory_in_the_order_of_the_cells_of_the_list():
+    rng, period = np.random.default_rng(7), np.zeros(3)
+    places, radii = packed(np.array([0.03, 0.03, 0.03]), period, 0.4, 20, 3.0, rng)
+    simulation = moving(places, radii, period, 0.0, rng)
+    simulation.advance(SORT_STEPS)  # sorted before there is a list
+    simulation.advance(1)
+    assert (np.diff(simulation._state.lists.pairs.outer.order) == 1).all()
