@@ -54,7 +54,7 @@ def pressed(bed: soil_bed.SoilBed, make) -> Simulation:
 
 
 def states(bed: soil_bed.SoilBed) -> dict[str, Simulation]:
-    """State -> simulation; a prepared bed still rings a little, and so costs more than one at rest."""
+    """State -> simulation; a prepared bed still rings a little."""
     made = {"bed as prepared": bed.copy(), ALONE: bed.copy()}
     made[ALONE].advance(REST_STEPS)
     for name, make in (("plate", plate), ("disc", disc)):

@@ -4,15 +4,13 @@ import numpy as np
 
 from dem.contact.model import BETA, COMMON_COLUMNS, Equivalent, n_columns, n_constants, scale, write
 from dem.jit import jit, lean_jit
-from dem.layout import BLOCK, GEOMETRY, INV_R_SUM, INVERSE_MASS, MOTION, PLACE, RADIUS, SHARE
+from dem.layout import BLOCK, GEOMETRY, INV_R_SUM, INVERSE_MASS, MOTION, PLACE, RADIUS, SHARE, U
 
 #: Neighbouring contacts in a block should not share a grain, or their scatters wait for each other.
 STRIDE = 16
 
 #: The contacts of each surface begin at a multiple of this, a cache line of float32: no vector of them straddles two.
 LINE = 16
-
-U_PLACE, U_RADIUS, U_MOTION, U_INVERSE_MASS = (np.uint64(value) for value in (PLACE, RADIUS, MOTION, INVERSE_MASS))
 
 #: Rows of a block of pairs before `finish_block`: radii (r_j = 0 stands for a wall, flat and infinitely heavy) and the sum of the
 #: inverse masses. The pair table's columns follow.
@@ -67,9 +65,9 @@ def load_pairs(first, second, grains, material, model, raw):
     place, remainder, table, n_materials = grains.place, grains.remainder, model.pair_table, np.uint64(model.n_materials)
     for q in range(first.shape[0]):
         i, j = np.uint64(first[q]), np.uint64(second[q])
-        raw[R_I * BLOCK + q] = place[i * U_PLACE + U_RADIUS]
-        raw[R_J * BLOCK + q] = place[j * U_PLACE + U_RADIUS]
-        inverse_mass = remainder[i * U_MOTION + U_INVERSE_MASS] + remainder[j * U_MOTION + U_INVERSE_MASS]
+        raw[R_I * BLOCK + q] = place[i * U[PLACE] + U[RADIUS]]
+        raw[R_J * BLOCK + q] = place[j * U[PLACE] + U[RADIUS]]
+        inverse_mass = remainder[i * U[MOTION] + U[INVERSE_MASS]] + remainder[j * U[MOTION] + U[INVERSE_MASS]]
         raw[INVERSE_MASSES * BLOCK + q] = inverse_mass
     for t in range(width_of_pairs(model.laws)):
         column = raw[(RAW + t) * BLOCK :]

@@ -46,8 +46,8 @@ LEAST_BODY, MOST_BODY, OUTER_BODY = 0.05, 0.25, 0.5
 RATE, DURATION, FOR_ALL, AGAIN, MARKED, BODY_TRAVEL, BODY_LEFT, BODY_SPEED, HEAVIEST, PACE = range(10)
 
 #: If more than this share of a slab's grains need another allowance, all grains get one. A slab is looked at so early that steps
-#: can be fused to the end, if these use up less than the second share: looking takes a hundredth of a step, one that is not fused
-#: with others half a step more, and a slab that was just looked at does not reach that share.
+#: can be fused to the end, if these use up less than the second share: looking at a slab takes a hundredth of a step of a large
+#: bed, less than what steps gain that are made at once. Grains so fast that they exceed the share would be looked at always.
 MANY, FUSED_SHARE = 1.0 / 16.0, 0.8
 
 #: See `steady_steps`.
